@@ -1,0 +1,1 @@
+//! The ray kernel: BVH construction and traversal, usable alone.

@@ -1,0 +1,1 @@
+//! The film: exact accumulation, filters, merging and partial files.

@@ -1,0 +1,1 @@
+//! Image buffers, tone mapping and codecs.

@@ -1,0 +1,1 @@
+//! Cells, schedule, stop rules, checkpoints, events.

@@ -1,0 +1,1 @@
+//! Densities with their measures, multiple importance sampling, random numbers, samplers, warps and distributions.

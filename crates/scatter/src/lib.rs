@@ -1,0 +1,1 @@
+//! BSDFs, microfacet distributions, Fresnel and phase functions: pure, in the local frame.

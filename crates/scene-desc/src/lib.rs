@@ -1,0 +1,1 @@
+//! A scene as plain data: what files, Python and the web make; defaults, units, diagnostics, validation.

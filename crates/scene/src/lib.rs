@@ -1,0 +1,1 @@
+//! The compiled scene: shapes, textures, materials, lights, cameras, ready for integrators.

@@ -1,0 +1,1 @@
+//! Spectra, wavelengths, colour spaces, upsampling, illuminants and metals.

@@ -1,0 +1,1 @@
+//! Laws, statistics and analytic scenes for tests.
