@@ -114,11 +114,8 @@ impl Transform {
     pub fn normal(&self, n: Dir) -> Dir {
         let v = n.0.as_dvec3();
         let i = &self.inv;
-        let m = DVec3::new(
-            i.x_axis.truncate().dot(v),
-            i.y_axis.truncate().dot(v),
-            i.z_axis.truncate().dot(v),
-        );
+        let m =
+            DVec3::new(i.x_axis.truncate().dot(v), i.y_axis.truncate().dot(v), i.z_axis.truncate().dot(v));
         Dir::normalize(m.normalize_or_zero().as_vec3())
     }
 

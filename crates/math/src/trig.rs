@@ -1,14 +1,17 @@
 //! Transcendental functions with the same bits on every platform (the `libm` crate; never the system's).
 
 pub use libm::{
-    acosf as acos, asinf as asin, atan2f as atan2, atanf as atan, coshf as cosh, cosf as cos, exp2f as exp2,
+    acosf as acos, asinf as asin, atan2f as atan2, atanf as atan, cosf as cos, coshf as cosh, exp2f as exp2,
     expf as exp, log2f as log2, logf as ln, powf as pow, sincosf as sin_cos, sinf as sin, sinhf as sinh,
     tanf as tan, tanhf as tanh,
 };
 
 /// Double precision, for tables and builds.
 pub mod f64 {
-    pub use libm::{acos, asin, atan, atan2, cos, cosh, erf, exp, exp2, log as ln, log2, pow, sin, sincos as sin_cos, sinh, tan, tanh};
+    pub use libm::{
+        acos, asin, atan, atan2, cos, cosh, erf, exp, exp2, log as ln, log2, pow, sin, sincos as sin_cos,
+        sinh, tan, tanh,
+    };
 }
 
 /// arcsine of a value that rounding may have pushed past ±1.

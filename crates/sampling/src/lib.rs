@@ -1,1 +1,14 @@
-//! Densities with their measures, multiple importance sampling, random numbers, samplers, warps and distributions.
+//! Everything random: densities that know their measure, the ways to combine them, samplers, warps and
+//! distributions.
+//!
+//! Only a [`Sampler`] makes numbers; every other routine takes them as arguments `u`, so that it is a pure
+//! function: testable on grids, usable by quasi-Monte Carlo and by Metropolis alike.
+
+pub mod mis;
+pub mod warp;
+
+mod pdf;
+
+pub use pdf::{
+    Area, Geometry, Length, Measure, Pdf, PrimarySpace, ProjectedSolidAngle, SolidAngle, Volume, Wavelength,
+};
