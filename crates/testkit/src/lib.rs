@@ -1,1 +1,4 @@
 //! Laws, statistics and analytic scenes for tests.
+
+pub mod chi2;
+pub mod statistics;
