@@ -1,1 +1,98 @@
-//! A scene as plain data: what files, Python and the web make; defaults, units, diagnostics, validation.
+//! A scene as plain data: what files, Python and the web make, and what the compiler turns into a scene.
+//!
+//! Every value that a user can leave out has its default here, every thing that a user wrote keeps the [`Span`]
+//! where it was written, and nothing here opens a file or traces a ray. Conventions are pbrt-v4's: camera space
+//! is left-handed (x right, y up, z forward), angles are in degrees, as in files.
+
+mod camera;
+mod diagnostic;
+mod film;
+mod integrator;
+mod light;
+mod material;
+mod medium;
+mod shape;
+mod spectrum;
+mod texture;
+
+pub use camera::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
+pub use diagnostic::{Diagnostic, FileId, Severity, Sink, SourceMap, Span};
+pub use film::{FilmDesc, FilterDesc, SensorDesc};
+pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc};
+pub use light::{AreaLightDesc, Illuminant, LightDesc, LightKind};
+pub use material::{
+    ConductorSpectrum, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SubsurfaceProfile,
+};
+pub use medium::{MediumDesc, MediumInterface, MediumKind, PhaseDesc};
+pub use shape::{
+    BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshDesc, ObjectDesc, ShapeDesc,
+};
+pub use spectrum::{ColorSpaceName, SpectrumDesc};
+pub use texture::{
+    FloatInput, ImageDesc, ImageEncoding, ImageFilter, Mapping2d, SpectrumInput, TextureDesc, TextureInput,
+    TextureKind, TextureNode, WrapMode,
+};
+
+/// Index newtypes: no bare number names a thing.
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+        impl $name {
+            /// As an index into its vector.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// Index into [`SceneDesc::materials`].
+    MaterialId,
+    /// Index into [`SceneDesc::textures`].
+    TextureId,
+    /// Index into [`SceneDesc::images`].
+    ImageId,
+    /// Index into [`SceneDesc::media`].
+    MediumId,
+    /// Index into [`SceneDesc::objects`].
+    ObjectId,
+}
+
+/// All of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDesc {
+    /// The eye.
+    pub camera: CameraDesc,
+    /// What it falls on.
+    pub film: FilmDesc,
+    /// How samples become pixels.
+    pub filter: FilterDesc,
+    /// Where samples come from.
+    pub sampler: SamplerDesc,
+    /// The method that the file asks for.
+    pub integrator: IntegratorDesc,
+    /// Surfaces' looks, by [`MaterialId`].
+    pub materials: Vec<MaterialDesc>,
+    /// Values that vary over surfaces, by [`TextureId`]; a texture only refers to earlier ones.
+    pub textures: Vec<TextureDesc>,
+    /// Image files, each held once, by [`ImageId`].
+    pub images: Vec<ImageDesc>,
+    /// What fills space, by [`MediumId`].
+    pub media: Vec<MediumDesc>,
+    /// Lights that are not surfaces.
+    pub lights: Vec<LightDesc>,
+    /// Surfaces in world space.
+    pub shapes: Vec<ShapeDesc>,
+    /// Groups of shapes that instances repeat, by [`ObjectId`].
+    pub objects: Vec<ObjectDesc>,
+    /// Repetitions of objects in the world.
+    pub instances: Vec<InstanceDesc>,
+    /// The names of the files that spans refer to.
+    pub sources: SourceMap,
+    /// A hash of every byte that was read to make this: the same scene, the same hash, on every machine.
+    pub content_hash: u64,
+}

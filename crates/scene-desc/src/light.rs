@@ -1,0 +1,126 @@
+//! Lights.
+
+use math::{AnimatedTransform, Vec3};
+
+use crate::{ImageId, MediumId, Span, SpectrumDesc};
+
+/// An emission spectrum with its size.
+///
+/// As in pbrt-v4 the spectrum is normalised to a luminance integral of one (an RGB value keeps its own size; the
+/// illuminant of its colour space is what is normalised), then scaled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Illuminant {
+    /// Its shape.
+    pub spectrum: SpectrumDesc,
+    /// Factor after normalisation.
+    pub scale: f32,
+    /// Is the spectrum normalised first? pbrt does; formats whose numbers are absolute do not.
+    pub normalize: bool,
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightDesc {
+    /// What it is.
+    pub kind: LightKind,
+    /// Where it is and how it is turned.
+    pub world_from_light: AnimatedTransform,
+    /// The medium around it.
+    pub medium: Option<MediumId>,
+    /// Where it was written.
+    pub span: Span,
+}
+
+/// The kinds of light. Positions and directions are in light space; `power` is the total emitted power that
+/// replaces the scale, as pbrt defines it for each kind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// From one point, evenly.
+    Point {
+        /// Radiant intensity.
+        intensity: Illuminant,
+        /// Where.
+        from: Vec3,
+        /// Total power instead of intensity.
+        power: Option<f32>,
+    },
+    /// From one point, in a cone.
+    Spot {
+        /// Radiant intensity on the axis.
+        intensity: Illuminant,
+        /// Where.
+        from: Vec3,
+        /// What its axis passes through.
+        to: Vec3,
+        /// Half angle of the cone, in degrees.
+        cone_angle: f32,
+        /// Width of the falloff inside the cone, in degrees.
+        cone_delta: f32,
+        /// Total power instead of intensity.
+        power: Option<f32>,
+    },
+    /// Parallel light from infinity.
+    Distant {
+        /// Irradiance on a surface facing it.
+        radiance: Illuminant,
+        /// Where it comes from.
+        from: Vec3,
+        /// What it shines on.
+        to: Vec3,
+        /// Irradiance instead of the scale (pbrt's `illuminance`).
+        illuminance: Option<f32>,
+    },
+    /// From everywhere, evenly.
+    InfiniteConstant {
+        /// Radiance.
+        radiance: Illuminant,
+        /// Illuminance of a horizontal surface instead of the scale.
+        illuminance: Option<f32>,
+    },
+    /// From everywhere, by an image in pbrt's equal-area octahedral mapping.
+    InfiniteImage {
+        /// Which.
+        image: ImageId,
+        /// Factor on radiance.
+        scale: f32,
+        /// Illuminance of a horizontal surface instead of the scale.
+        illuminance: Option<f32>,
+        /// Corners of a window through which all of it comes, in light space.
+        portal: Option<[Vec3; 4]>,
+    },
+    /// A point light with an image of its directions (equal-area).
+    Goniometric {
+        /// Radiant intensity.
+        intensity: Illuminant,
+        /// Directions' factor.
+        image: Option<ImageId>,
+        /// Total power instead of intensity.
+        power: Option<f32>,
+    },
+    /// A slide projector.
+    Projection {
+        /// The slide.
+        image: ImageId,
+        /// Full field of view of the shorter side, in degrees.
+        fov: f32,
+        /// Factor on intensity.
+        scale: f32,
+        /// Total power instead of intensity.
+        power: Option<f32>,
+    },
+}
+
+/// A surface that emits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaLightDesc {
+    /// Emitted radiance.
+    pub radiance: Illuminant,
+    /// Radiance over the surface's (u, v), instead of the spectrum; an image with RGB.
+    pub image: Option<ImageId>,
+    /// From both sides?
+    pub two_sided: bool,
+    /// Total power instead of radiance.
+    pub power: Option<f32>,
+    /// Where it was written.
+    pub span: Span,
+}

@@ -1,0 +1,160 @@
+//! Surfaces.
+
+use std::sync::Arc;
+
+use math::{AnimatedTransform, Vec2, Vec3};
+
+use crate::{AreaLightDesc, FloatInput, MaterialId, MediumInterface, ObjectId, Span};
+
+/// A surface with everything that belongs to it.
+#[derive(Clone, Debug)]
+pub struct ShapeDesc {
+    /// Its form, in object space.
+    pub geometry: Geometry,
+    /// Its place in the world (in an object: in the object's space).
+    pub world_from_object: AnimatedTransform,
+    /// Does the normal point the other way?
+    pub reverse_orientation: bool,
+    /// Its look.
+    pub material: MaterialId,
+    /// The chance that it is there at all: cut-outs.
+    pub alpha: Option<FloatInput>,
+    /// What it emits.
+    pub area_light: Option<AreaLightDesc>,
+    /// What is on both sides; `None` where it is no border of media.
+    pub medium_interface: Option<MediumInterface>,
+    /// Where it was written.
+    pub span: Span,
+}
+
+/// Forms.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<MeshDesc>),
+    /// Bilinear patches.
+    BilinearMesh(Arc<BilinearMesh>),
+    /// A sphere around the origin, cut at z and φ.
+    Sphere {
+        /// Its radius.
+        radius: f32,
+        /// Kept from here up.
+        z_min: f32,
+        /// Kept up to here.
+        z_max: f32,
+        /// Kept up to this angle about z, in degrees.
+        phi_max: f32,
+    },
+    /// A disk or ring across the z axis.
+    Disk {
+        /// Its z.
+        height: f32,
+        /// Outer radius.
+        radius: f32,
+        /// Radius of the hole.
+        inner_radius: f32,
+        /// Kept up to this angle about z, in degrees.
+        phi_max: f32,
+    },
+    /// The side of a cylinder about the z axis.
+    Cylinder {
+        /// Its radius.
+        radius: f32,
+        /// From here.
+        z_min: f32,
+        /// To here.
+        z_max: f32,
+        /// Kept up to this angle about z, in degrees.
+        phi_max: f32,
+    },
+    /// A mesh to be subdivided.
+    LoopSubdiv(Arc<LoopSubdiv>),
+    /// A strand.
+    Curve(Arc<CurveDesc>),
+}
+
+/// Triangles with shared vertices. Per-vertex arrays are empty or as long as `positions`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshDesc {
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Shading normals; empty for flat shading.
+    pub normals: Vec<Vec3>,
+    /// Shading tangents.
+    pub tangents: Vec<Vec3>,
+    /// Texture coordinates; empty for (0,0), (1,0), (1,1) on every triangle.
+    pub uvs: Vec<Vec2>,
+    /// Corners of each triangle; every index is below `positions.len()`.
+    pub indices: Vec<[u32; 3]>,
+}
+
+/// Bilinear patches with shared vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BilinearMesh {
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Shading normals or empty.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates or empty.
+    pub uvs: Vec<Vec2>,
+    /// Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
+    pub indices: Vec<[u32; 4]>,
+}
+
+/// A control mesh of a Loop subdivision surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoopSubdiv {
+    /// Control points.
+    pub positions: Vec<Vec3>,
+    /// Triangles.
+    pub indices: Vec<[u32; 3]>,
+    /// How many times to subdivide.
+    pub levels: u32,
+}
+
+/// How a curve faces rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CurveKind {
+    /// A flat strip turned to the ray.
+    #[default]
+    Flat,
+    /// Round to the ray's eye.
+    Cylinder,
+    /// A flat strip with normals of its own.
+    Ribbon,
+}
+
+/// Strands made of cubic Bézier segments (readers convert B-splines and lower degrees).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurveDesc {
+    /// Four control points a segment.
+    pub segments: Vec<[Vec3; 4]>,
+    /// How it faces rays.
+    pub kind: CurveKind,
+    /// Width at the strand's start and end.
+    pub width: [f32; 2],
+    /// Normals at segment ends, for ribbons: one more than segments.
+    pub normals: Vec<Vec3>,
+}
+
+/// Shapes that instances repeat together.
+#[derive(Clone, Debug, Default)]
+pub struct ObjectDesc {
+    /// As the file names it.
+    pub name: String,
+    /// What is in it; no area lights.
+    pub shapes: Vec<ShapeDesc>,
+    /// Objects within it.
+    pub instances: Vec<InstanceDesc>,
+}
+
+/// A repetition of an object.
+#[derive(Clone, Debug)]
+pub struct InstanceDesc {
+    /// What.
+    pub object: ObjectId,
+    /// Where.
+    pub world_from_object: AnimatedTransform,
+    /// Where it was written.
+    pub span: Span,
+}
