@@ -1,1 +1,10 @@
-//! The compiled scene: shapes, textures, materials, lights, cameras, ready for integrators.
+//! The compiled scene: immutable flat arrays addressed by ids, ready for integrators.
+//!
+//! Everything that needs a position, a texture or the ray kernel is here; formulas of directions alone are in
+//! `scatter`, loops over bounces in `integrators`.
+
+mod ids;
+mod interaction;
+
+pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
+pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};

@@ -1,0 +1,103 @@
+//! A point on a surface, as integrators, materials, textures and lights see it.
+
+use math::{Dir, Frame, Point, Ray, Vec2, Vec3, error_bound};
+
+use crate::{LightId, MaterialId, ShapeId};
+
+/// Where a ray met a surface, in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceInteraction {
+    /// The point.
+    pub p: Point,
+    /// Half-size of the box around `p` in which the true point lies.
+    pub p_error: Vec3,
+    /// Geometric normal, on the side of the shading normal (so that both agree on outside).
+    pub ng: Dir,
+    /// Shading frame: interpolated normal and tangent, before bump or normal mapping.
+    pub frame: Frame,
+    /// Surface coordinates.
+    pub uv: Vec2,
+    /// Derivative of the point by u.
+    pub dpdu: Vec3,
+    /// Derivative of the point by v.
+    pub dpdv: Vec3,
+    /// Derivatives of the shading normal by u and v (not normalised), for bump mapping.
+    pub dndu: Vec3,
+    /// See `dndu`.
+    pub dndv: Vec3,
+    /// Back along the ray.
+    pub wo: Dir,
+    /// The moment.
+    pub time: f32,
+    /// Distance along the ray.
+    pub t: f32,
+    /// What was hit.
+    pub shape: ShapeId,
+    /// Which triangle of it.
+    pub primitive: u32,
+    /// Its look.
+    pub material: MaterialId,
+    /// The light that this surface is, if it emits.
+    pub light: Option<LightId>,
+}
+
+impl SurfaceInteraction {
+    /// A ray that leaves this surface along `w`, safely off it.
+    #[must_use]
+    pub fn spawn_ray(&self, w: Dir) -> Ray {
+        Ray::new(error_bound::offset_ray_origin(self.p, self.p_error, self.ng, w), w, self.time)
+    }
+
+    /// What a light needs to know of this point.
+    #[must_use]
+    pub fn light_context(&self) -> LightContext {
+        LightContext {
+            p: self.p,
+            p_error: self.p_error,
+            ng: Some(self.ng),
+            ns: Some(self.frame.n),
+            time: self.time,
+        }
+    }
+}
+
+/// The point that light shall reach: on a surface, or in a medium (then without normals).
+#[derive(Clone, Copy, Debug)]
+pub struct LightContext {
+    /// The point.
+    pub p: Point,
+    /// Half-size of the box in which the true point lies; zero in a medium.
+    pub p_error: Vec3,
+    /// Geometric normal.
+    pub ng: Option<Dir>,
+    /// Shading normal.
+    pub ns: Option<Dir>,
+    /// The moment.
+    pub time: f32,
+}
+
+/// How large a pixel is on the surface: what textures are filtered over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Footprint {
+    /// Change of the point from one pixel to the next in x and y.
+    pub dpdx: Vec3,
+    /// See `dpdx`.
+    pub dpdy: Vec3,
+    /// Change of (u, v) from one pixel to the next in x and y.
+    pub duvdx: Vec2,
+    /// See `duvdx`.
+    pub duvdy: Vec2,
+}
+
+/// What a texture is evaluated at.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureContext {
+    /// The point, in world space.
+    pub p: Point,
+    /// The shading normal.
+    pub n: Dir,
+    /// Surface coordinates.
+    pub uv: Vec2,
+    /// Area to filter over; all zero for none.
+    pub footprint: Footprint,
+}
