@@ -5,10 +5,14 @@
 //! function: testable on grids, usable by quasi-Monte Carlo and by Metropolis alike.
 
 pub mod mis;
+pub mod rng;
+pub mod sobol;
 pub mod warp;
 
 mod pdf;
+mod sampler;
 
 pub use pdf::{
     Area, Geometry, Length, Measure, Pdf, PrimarySpace, ProjectedSolidAngle, SolidAngle, Volume, Wavelength,
 };
+pub use sampler::{Sampler, SamplerKind};
