@@ -1,0 +1,86 @@
+//! An image cut into blocks, each behind a lock of its own, so that many threads add to it at once.
+//!
+//! Locks are taken per tile or per list of splats, never per sample. What is added is exact, so the order in which threads
+//! come does not matter.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use math::Bounds2i;
+
+/// Side of a block, in pixels.
+const SIDE: i32 = 32;
+
+/// Something with values for each pixel of a rectangle.
+pub(crate) trait Block: Sized {
+    /// Where it lies.
+    fn area(&self) -> Bounds2i;
+}
+
+/// All blocks of an image, in rows.
+pub(crate) struct Blocks<B> {
+    bounds: Bounds2i,
+    columns: usize,
+    blocks: Vec<Mutex<B>>,
+}
+
+impl<B: Block> Blocks<B> {
+    /// `None` if `make` finds no memory.
+    pub(crate) fn new(bounds: Bounds2i, make: impl Fn(Bounds2i) -> Option<B>) -> Option<Self> {
+        let across = |n: usize| n.div_ceil(SIDE as usize);
+        let (columns, rows) = (across(bounds.width()), across(bounds.height()));
+        let mut blocks = Vec::new();
+        blocks.try_reserve_exact(columns * rows).ok()?;
+        for i in 0..columns * rows {
+            let min =
+                [bounds.min[0] + SIDE * (i % columns) as i32, bounds.min[1] + SIDE * (i / columns) as i32];
+            let area = Bounds2i::new(min, [min[0] + SIDE, min[1] + SIDE]).intersect(&bounds);
+            blocks.push(Mutex::new(make(area)?));
+        }
+        Some(Self { bounds, columns, blocks })
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// The block, for this thread alone.
+    pub(crate) fn lock(&self, i: usize) -> MutexGuard<'_, B> {
+        self.blocks[i].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Which block holds the pixel; it must lie inside.
+    pub(crate) fn index_of(&self, pixel: [i32; 2]) -> usize {
+        let at = |a: usize| ((pixel[a] - self.bounds.min[a]) / SIDE) as usize;
+        at(1) * self.columns + at(0)
+    }
+
+    /// Calls `f` with every block that touches `area`, locked, and the part that it shares.
+    pub(crate) fn for_each_in(&self, area: Bounds2i, mut f: impl FnMut(&mut B, Bounds2i)) {
+        let area = area.intersect(&self.bounds);
+        if area.area() == 0 {
+            return;
+        }
+        let (first, last) = (self.index_of(area.min), self.index_of([area.max[0] - 1, area.max[1] - 1]));
+        for row in first / self.columns..=last / self.columns {
+            for column in first % self.columns..=last % self.columns {
+                let mut block = self.lock(row * self.columns + column);
+                let shared = block.area().intersect(&area);
+                f(&mut block, shared);
+            }
+        }
+    }
+}
+
+/// Where a pixel's values lie in a rectangle that holds it, row by row.
+#[inline]
+pub(crate) fn offset_in(area: &Bounds2i, x: i32, y: i32) -> usize {
+    (y - area.min[1]) as usize * area.width() + (x - area.min[0]) as usize
+}
+
+/// A vector of `n` zeros, or `None` if there is no memory for it.
+pub(crate) fn zeros<T: Clone + Default>(n: usize) -> Option<Vec<T>> {
+    let mut v = Vec::new();
+    v.try_reserve_exact(n).ok()?;
+    v.resize(n, T::default());
+    Some(v)
+}

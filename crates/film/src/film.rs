@@ -1,0 +1,333 @@
+//! The film: exact sums over passes, the same bits in any order of passes, tiles, threads and machines.
+//!
+//! With weights w of the reconstruction filter, values v and splats s of n passes, a pixel is
+//!
+//!     Σ w v / Σ w  +  Σ s / n.
+//!
+//! Moments are over *replicates*: T = Σ w v + Σ s and B = Σ w of one pass are summed before they are squared. With R = ΣA / ΣB,
+//! where A is T without splats, the delta method gives the variance of the pixel [Cochran1977, sec. 6.4]:
+//!
+//!     Var = [ΣT² − 2R ΣTB + R² ΣB² − n z̄²] / (n (n − 1) B̄²),   z̄ = (ΣT − R ΣB) / n.
+//!
+//! With the box of one pixel B = 1, and this is the variance of the mean. Passes of a low-discrepancy sequence are not
+//! independent: for them it is an upper estimate, more so the smoother the pixel.
+//!
+//! Departs from the delta method in one respect: where there are splats, they too are divided by B̄, whose expectation is one.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use math::Bounds2i;
+
+use crate::bad::BadSamples;
+use crate::blocks::{Block, Blocks, offset_in, zeros};
+use crate::error::Error;
+use crate::filter::FilterTable;
+use crate::fixed::{Fixed, Moment, add3, weight};
+use crate::pass::{PassBlock, PassBuffer, SplatList, fixed3};
+use crate::passes::PassSet;
+use crate::settings::FilmSettings;
+use crate::tile::{Common, FilmTile};
+
+/// Sums over passes for every pixel of the crop.
+pub struct Film {
+    settings: FilmSettings,
+    pub(crate) common: Arc<Common>,
+    pub(crate) blocks: Blocks<FilmBlock>,
+    pub(crate) progress: Mutex<Progress>,
+}
+
+/// What is not about a single pixel.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Progress {
+    pub(crate) passes: PassSet,
+    pub(crate) open: BTreeSet<u32>,
+    pub(crate) bad: BadSamples,
+}
+
+/// The sums of one block. Vectors that the settings do not need are empty.
+pub(crate) struct FilmBlock {
+    pub(crate) area: Bounds2i,
+    /// ΣT.
+    pub(crate) total: Vec<[Fixed; 3]>,
+    /// ΣT².
+    pub(crate) total_squared: Vec<[Moment; 3]>,
+    /// ΣB.
+    pub(crate) weight: Vec<i64>,
+    /// ΣB².
+    pub(crate) weight_squared: Vec<i64>,
+    /// ΣTB.
+    pub(crate) total_weight: Vec<[Moment; 3]>,
+    /// ΣS.
+    pub(crate) splat: Vec<[Fixed; 3]>,
+    /// Σ w x of the further channels, pixel by pixel.
+    pub(crate) aovs: Vec<Fixed>,
+}
+
+impl Block for FilmBlock {
+    fn area(&self) -> Bounds2i {
+        self.area
+    }
+}
+
+/// What a merge did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Merged {
+    /// The passes of the other film were added.
+    Added,
+    /// The film had all those passes already, and nothing was changed.
+    AlreadyThere,
+}
+
+impl Film {
+    /// A film without passes.
+    ///
+    /// # Errors
+    /// If the settings make no sense, or there is no memory.
+    pub fn new(settings: FilmSettings) -> Result<Self, Error> {
+        settings.check()?;
+        let crop = settings.crop;
+        let common = Arc::new(Common {
+            crop,
+            table: FilterTable::new(&settings.filter),
+            reach: settings.filter.reach(),
+            is_pixel_box: settings.filter.is_pixel_box(),
+            sign: settings.sign,
+            n_aovs: settings.aovs.len(),
+        });
+        let weighted = !common.is_pixel_box;
+        let blocks = Blocks::new(crop, |area| {
+            let n = area.area();
+            let n_weighted = if weighted { n } else { 0 };
+            Some(FilmBlock {
+                area,
+                total: zeros(n)?,
+                total_squared: zeros(n)?,
+                weight: zeros(n_weighted)?,
+                weight_squared: zeros(n_weighted)?,
+                total_weight: zeros(n_weighted)?,
+                splat: zeros(if settings.splats { n_weighted } else { 0 })?,
+                aovs: zeros(n * settings.aovs.len())?,
+            })
+        })
+        .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
+        Ok(Self { settings, common, blocks, progress: Mutex::default() })
+    }
+
+    /// What it is a film of.
+    #[must_use]
+    pub fn settings(&self) -> &FilmSettings {
+        &self.settings
+    }
+
+    /// The passes that it holds completely.
+    #[must_use]
+    pub fn passes(&self) -> PassSet {
+        self.progress().passes.clone()
+    }
+
+    /// The bad samples of its passes.
+    #[must_use]
+    pub fn bad_samples(&self) -> BadSamples {
+        self.progress().bad.clone()
+    }
+
+    /// A tile for a worker.
+    #[must_use]
+    pub fn tile(&self) -> FilmTile {
+        FilmTile::new(self.common.clone())
+    }
+
+    /// A list of splats for a worker.
+    #[must_use]
+    pub fn splat_list(&self) -> SplatList {
+        SplatList::new(self.common.clone())
+    }
+
+    /// A buffer for one pass at a time.
+    ///
+    /// # Errors
+    /// If there is no memory.
+    pub fn pass_buffer(&self) -> Result<PassBuffer, Error> {
+        PassBuffer::new(&self.settings, self.common.clone())
+    }
+
+    /// Adds a whole pass and empties the buffer.
+    ///
+    /// # Errors
+    /// If the film has the pass already.
+    pub fn add_pass(&self, buffer: &mut PassBuffer) -> Result<(), Error> {
+        self.begin_pass(buffer.pass)?;
+        for i in 0..self.n_blocks() {
+            self.add_pass_block(buffer, i);
+        }
+        let bad = std::mem::take(buffer.bad.get_mut().unwrap_or_else(PoisonError::into_inner));
+        self.progress().bad.merge(&bad);
+        self.end_pass(buffer.pass)
+    }
+
+    /// How many blocks [`Film::add_pass_block`] can work on at the same time.
+    #[must_use]
+    pub fn n_blocks(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// Adds one block of a pass and empties it in the buffer: [`Film::add_pass`] cut up for several threads. Between
+    /// [`Film::begin_pass`] and [`Film::end_pass`], each block once; then [`Film::take_bad_samples`].
+    pub fn add_pass_block(&self, buffer: &PassBuffer, block: usize) {
+        let (mut film, mut pass) = (self.blocks.lock(block), buffer.blocks.lock(block));
+        film.add_replicate(&pass);
+        pass.clear();
+    }
+
+    /// Takes over the bad samples of a buffer whose blocks were added one by one.
+    pub fn take_bad_samples(&self, buffer: &PassBuffer) {
+        let bad = std::mem::take(&mut *buffer.bad.lock().unwrap_or_else(PoisonError::into_inner));
+        self.progress().bad.merge(&bad);
+    }
+
+    /// May tiles be added to the film directly, without a [`PassBuffer`]? Only if a tile is all that a pass gives to its
+    /// pixels: with the box of one pixel, and without splats.
+    #[must_use]
+    pub fn takes_tiles(&self) -> bool {
+        self.common.is_pixel_box && !self.settings.splats
+    }
+
+    /// Opens a pass for [`Film::add_tile`] or [`Film::add_pass_block`]. A film with an open pass cannot be saved or merged.
+    ///
+    /// # Errors
+    /// If the film has the pass already, or it is open.
+    pub fn begin_pass(&self, pass: u32) -> Result<(), Error> {
+        let mut progress = self.progress();
+        if progress.passes.contains(pass) || !progress.open.insert(pass) {
+            return Err(Error::DuplicatePass(pass));
+        }
+        Ok(())
+    }
+
+    /// Closes a pass of which everything was added.
+    ///
+    /// # Errors
+    /// If the pass was not open.
+    pub fn end_pass(&self, pass: u32) -> Result<(), Error> {
+        let mut progress = self.progress();
+        if !progress.open.remove(&pass) {
+            return Err(Error::OpenPass(pass));
+        }
+        progress.passes.insert(pass);
+        Ok(())
+    }
+
+    /// Adds a tile of an open pass where [`Film::takes_tiles`]: the same bits as by way of a [`PassBuffer`], for less
+    /// memory and time. An open pass cannot be taken back.
+    pub fn add_tile(&self, tile: &FilmTile) {
+        debug_assert!(self.takes_tiles(), "this film needs a pass buffer");
+        let n_aovs = self.common.n_aovs;
+        self.blocks.for_each_in(tile.area, |block, shared| {
+            for y in shared.min[1]..shared.max[1] {
+                let from = offset_in(&tile.area, shared.min[0], y);
+                let to = offset_in(&block.area, shared.min[0], y);
+                for k in 0..shared.width() {
+                    block.add_total(to + k, &fixed3(&tile.sums[from + k]));
+                }
+                let aovs = &tile.aovs[from * n_aovs..(from + shared.width()) * n_aovs];
+                for (sum, &x) in block.aovs[to * n_aovs..].iter_mut().zip(aovs) {
+                    *sum = sum.wrapping_add(Fixed::from_f64(x).unwrap_or_default());
+                }
+            }
+        });
+        if tile.bad.count() > 0 {
+            self.progress().bad.merge(&tile.bad);
+        }
+    }
+
+    /// Adds the passes of another film of the same render, exactly. Passes that are all there already are recognised
+    /// and not added again.
+    ///
+    /// # Errors
+    /// If the films are not of one render, share some of their passes but not all, or have open passes.
+    pub fn merge(&mut self, other: &Self) -> Result<Merged, Error> {
+        if let Some(difference) = self.settings.difference(&other.settings) {
+            return Err(Error::Mismatch(difference));
+        }
+        let theirs = other.progress().clone();
+        let ours = self.progress.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Some(&pass) = ours.open.iter().chain(&theirs.open).next() {
+            return Err(Error::OpenPass(pass));
+        }
+        let overlap = ours.passes.intersection(&theirs.passes);
+        if overlap == theirs.passes {
+            return Ok(Merged::AlreadyThere);
+        }
+        if !overlap.is_empty() {
+            return Err(Error::Overlap { overlap: overlap.to_string(), present: ours.passes.to_string() });
+        }
+        ours.passes = ours.passes.union(&theirs.passes);
+        ours.bad.merge(&theirs.bad);
+        for i in 0..self.blocks.len() {
+            self.blocks.lock(i).merge(&other.blocks.lock(i));
+        }
+        Ok(Merged::Added)
+    }
+
+    pub(crate) fn progress(&self) -> MutexGuard<'_, Progress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl FilmBlock {
+    /// Adds what one pass gives to the pixels of this block.
+    fn add_replicate(&mut self, pass: &PassBlock) {
+        for (i, total) in pass.total.iter().enumerate() {
+            self.add_total(i, total);
+        }
+        for (i, &w) in pass.weight.iter().enumerate() {
+            let b = weight::to_f64(w);
+            self.weight[i] = self.weight[i].wrapping_add(w);
+            self.weight_squared[i] = self.weight_squared[i].wrapping_add(weight::from_f64(b * b));
+            for c in 0..3 {
+                let product = Moment::from_f64(pass.total[i][c].to_f64() * b).unwrap_or(Moment::MAX);
+                self.total_weight[i][c] = self.total_weight[i][c].wrapping_add(product);
+            }
+        }
+        for (sum, x) in self.splat.iter_mut().zip(&pass.splat) {
+            add3(sum, x);
+        }
+        for (sum, x) in self.aovs.iter_mut().zip(&pass.aovs) {
+            *sum = sum.wrapping_add(*x);
+        }
+    }
+
+    /// T and T² of one pass. Squares that do not fit saturate, which is the same in any order.
+    #[inline]
+    fn add_total(&mut self, i: usize, total: &[Fixed; 3]) {
+        for c in 0..3 {
+            self.total[i][c] = self.total[i][c].wrapping_add(total[c]);
+            let t = total[c].to_f64();
+            let square = Moment::from_f64(t * t).unwrap_or(Moment::MAX);
+            self.total_squared[i][c] = self.total_squared[i][c].saturating_add(square);
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        let add_all =
+            |a: &mut [[Fixed; 3]], b: &[[Fixed; 3]]| a.iter_mut().zip(b).for_each(|(a, b)| add3(a, b));
+        add_all(&mut self.total, &other.total);
+        add_all(&mut self.splat, &other.splat);
+        self.total_weight.iter_mut().zip(&other.total_weight).for_each(|(a, b)| add3(a, b));
+        for (a, b) in self.total_squared.iter_mut().zip(&other.total_squared) {
+            for c in 0..3 {
+                a[c] = a[c].saturating_add(b[c]);
+            }
+        }
+        for (a, b) in self.weight.iter_mut().zip(&other.weight) {
+            *a = a.wrapping_add(*b);
+        }
+        for (a, b) in self.weight_squared.iter_mut().zip(&other.weight_squared) {
+            *a = a.wrapping_add(*b);
+        }
+        for (a, b) in self.aovs.iter_mut().zip(&other.aovs) {
+            *a = a.wrapping_add(*b);
+        }
+    }
+}

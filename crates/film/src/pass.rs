@@ -1,0 +1,234 @@
+//! One pass of the image: everything that it gives to a pixel is summed here before it is squared.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use math::Bounds2i;
+
+use crate::bad::{BadSample, BadSamples, kind_of};
+use crate::blocks::{Block, Blocks, offset_in, zeros};
+use crate::error::Error;
+use crate::fixed::{Fixed, add3, weight};
+use crate::settings::FilmSettings;
+use crate::tile::{Common, FilmTile, spread};
+
+/// Exact sums of one pass over the whole crop. Threads add tiles and splats in any order; the bits are the same.
+pub struct PassBuffer {
+    pub(crate) common: Arc<Common>,
+    pub(crate) blocks: Blocks<PassBlock>,
+    pub(crate) pass: u32,
+    pub(crate) bad: Mutex<BadSamples>,
+}
+
+/// The sums of one block. Vectors that the settings do not need are empty.
+pub(crate) struct PassBlock {
+    pub(crate) area: Bounds2i,
+    /// Σ w v + splats.
+    pub(crate) total: Vec<[Fixed; 3]>,
+    /// Σ w.
+    pub(crate) weight: Vec<i64>,
+    /// Splats alone.
+    pub(crate) splat: Vec<[Fixed; 3]>,
+    /// Σ w x of the further channels.
+    pub(crate) aovs: Vec<Fixed>,
+}
+
+impl Block for PassBlock {
+    fn area(&self) -> Bounds2i {
+        self.area
+    }
+}
+
+impl PassBuffer {
+    pub(crate) fn new(settings: &FilmSettings, common: Arc<Common>) -> Result<Self, Error> {
+        let crop = settings.crop;
+        let weighted = !common.is_pixel_box;
+        let blocks = Blocks::new(crop, |area| {
+            let n = area.area();
+            Some(PassBlock {
+                area,
+                total: zeros(n)?,
+                weight: zeros(if weighted { n } else { 0 })?,
+                splat: zeros(if weighted && settings.splats { n } else { 0 })?,
+                aovs: zeros(n * settings.aovs.len())?,
+            })
+        })
+        .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
+        Ok(Self { common, blocks, pass: 0, bad: Mutex::default() })
+    }
+
+    /// Empties it for `pass`. (After [`Film::add_pass`](crate::Film::add_pass) it is empty already, and this is cheap to call
+    /// only then when nothing was added since.)
+    pub fn begin(&mut self, pass: u32) {
+        self.pass = pass;
+        for i in 0..self.blocks.len() {
+            self.blocks.lock(i).clear();
+        }
+        self.bad.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    /// The pass that it is for.
+    #[must_use]
+    pub fn pass(&self) -> u32 {
+        self.pass
+    }
+
+    /// Adds the samples of a tile, once.
+    pub fn add_tile(&self, tile: &FilmTile) {
+        debug_assert_eq!(tile.pass, self.pass);
+        let n_aovs = self.common.n_aovs;
+        self.blocks.for_each_in(tile.area, |block, shared| {
+            for y in shared.min[1]..shared.max[1] {
+                let from = offset_in(&tile.area, shared.min[0], y);
+                let to = offset_in(&block.area, shared.min[0], y);
+                for k in 0..shared.width() {
+                    let sum = &tile.sums[from + k];
+                    add3(&mut block.total[to + k], &fixed3(sum));
+                    if !block.weight.is_empty() {
+                        let w = &mut block.weight[to + k];
+                        *w = w.wrapping_add(weight::from_f64(sum[3]));
+                    }
+                }
+                let aovs = &tile.aovs[from * n_aovs..(from + shared.width()) * n_aovs];
+                for (sum, &x) in block.aovs[to * n_aovs..].iter_mut().zip(aovs) {
+                    *sum = sum.wrapping_add(Fixed::from_f64(x).unwrap_or_default());
+                }
+            }
+        });
+        self.record(&tile.bad);
+    }
+
+    /// Adds all splats of the list, and empties it.
+    pub fn add_splats(&self, list: &mut SplatList) {
+        // Splats of one block together, so that its lock is taken once.
+        let block_of = |pixel: [i32; 2]| {
+            let Bounds2i { min, max } = self.common.crop;
+            let clamped = |a: usize| pixel[a].clamp(min[a], max[a] - 1);
+            self.blocks.index_of([clamped(0), clamped(1)])
+        };
+        list.splats.sort_unstable_by_key(|s| block_of(s.pixel));
+        let mut start = 0;
+        while start < list.splats.len() {
+            let i = block_of(list.splats[start].pixel);
+            let end = start + list.splats[start..].partition_point(|s| block_of(s.pixel) == i);
+            self.add_splats_of_one_block(i, &list.splats[start..end]);
+            start = end;
+        }
+        list.splats.clear();
+        self.record(&list.bad);
+        list.bad.clear();
+    }
+
+    /// Most splats stay in their block; those that reach into others take those locks afterwards.
+    fn add_splats_of_one_block(&self, i: usize, splats: &[Splat]) {
+        let reach = self.common.reach;
+        let mut block = self.blocks.lock(i);
+        let area = block.area;
+        for s in splats {
+            block.add_splat(&self.common, s, area);
+        }
+        drop(block);
+        for s in splats {
+            let [x, y] = s.pixel;
+            let footprint = Bounds2i::new([x, y], [x.saturating_add(1), y.saturating_add(1)]).expand(reach);
+            if footprint.intersect(&area) != footprint {
+                self.blocks.for_each_in(footprint, |other, shared| {
+                    if other.area != area {
+                        other.add_splat(&self.common, s, shared);
+                    }
+                });
+            }
+        }
+    }
+
+    fn record(&self, bad: &BadSamples) {
+        if bad.count() > 0 {
+            self.bad.lock().unwrap_or_else(PoisonError::into_inner).merge(bad);
+        }
+    }
+}
+
+/// The three colours of a tile's sum. Each is far below what fits: contributions have a limit.
+#[inline]
+pub(crate) fn fixed3(sum: &[f64; 4]) -> [Fixed; 3] {
+    [0, 1, 2].map(|c| Fixed::from_f64(sum[c]).unwrap_or_default())
+}
+
+impl PassBlock {
+    pub(crate) fn clear(&mut self) {
+        self.total.fill([Fixed::ZERO; 3]);
+        self.weight.fill(0);
+        self.splat.fill([Fixed::ZERO; 3]);
+        self.aovs.fill(Fixed::ZERO);
+    }
+
+    /// The part of a splat that falls into `part` of this block.
+    fn add_splat(&mut self, common: &Common, s: &Splat, part: Bounds2i) {
+        spread(common, part, s.pixel, s.offset, |i, w| {
+            let to = offset_in(&self.area, part.min[0], part.min[1])
+                + i / part.width() * self.area.width()
+                + i % part.width();
+            let value = s.rgb.map(|v| Fixed::from_f32(w * v).unwrap_or_default());
+            add3(&mut self.total[to], &value);
+            if let Some(splat) = self.splat.get_mut(to) {
+                add3(splat, &value);
+            }
+        });
+    }
+}
+
+/// Splats of one worker on their way to the pass: appended without a lock, added in bulk.
+#[derive(Clone, Debug)]
+pub struct SplatList {
+    common: Arc<Common>,
+    pass: u32,
+    splats: Vec<Splat>,
+    bad: BadSamples,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Splat {
+    pixel: [i32; 2],
+    offset: [f32; 2],
+    rgb: [f32; 3],
+}
+
+/// A list this long should be handed in.
+const FULL: usize = 8192;
+
+impl SplatList {
+    pub(crate) fn new(common: Arc<Common>) -> Self {
+        Self { common, pass: 0, splats: Vec::new(), bad: BadSamples::default() }
+    }
+
+    /// Empties it for the splats of `pass`.
+    pub fn begin(&mut self, pass: u32) {
+        self.pass = pass;
+        self.splats.clear();
+        self.bad.clear();
+    }
+
+    /// Adds `rgb` at a raster position, on or off the film. It counts, weighted by the filter, in the pixels of the footprint, and
+    /// its sum over a pass is an estimate of the pixel: the caller has divided by the number of paths.
+    #[inline]
+    pub fn add(&mut self, position: [f32; 2], rgb: [f32; 3]) {
+        if rgb == [0.0; 3] || !position.iter().all(|x| x.abs() < 1e9) {
+            return;
+        }
+        let pixel = position.map(|x| x.floor() as i32);
+        if !self.common.sign.accepts(rgb) {
+            self.bad.record(BadSample { pass: self.pass, y: pixel[1], x: pixel[0], kind: kind_of(rgb) });
+            return;
+        }
+        if !self.common.crop.expand(self.common.reach).contains(pixel) {
+            return;
+        }
+        let offset = [0, 1].map(|a| position[a] - pixel[a] as f32);
+        self.splats.push(Splat { pixel, offset, rgb });
+    }
+
+    /// Is it long enough to be handed to [`PassBuffer::add_splats`]? (It may grow further.)
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.splats.len() >= FULL
+    }
+}
