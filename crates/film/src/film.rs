@@ -2,12 +2,16 @@
 //!
 //! With weights w of the reconstruction filter, values v and splats s of n passes, a pixel is
 //!
-//!     Σ w v / Σ w  +  Σ s / n.
+//! ```text
+//! Σ w v / Σ w  +  Σ s / n.
+//! ```
 //!
 //! Moments are over *replicates*: T = Σ w v + Σ s and B = Σ w of one pass are summed before they are squared. With R = ΣA / ΣB,
 //! where A is T without splats, the delta method gives the variance of the pixel [Cochran1977, sec. 6.4]:
 //!
-//!     Var = [ΣT² − 2R ΣTB + R² ΣB² − n z̄²] / (n (n − 1) B̄²),   z̄ = (ΣT − R ΣB) / n.
+//! ```text
+//! Var = [ΣT² − 2R ΣTB + R² ΣB² − n z̄²] / (n (n − 1) B̄²),   z̄ = (ΣT − R ΣB) / n.
+//! ```
 //!
 //! With the box of one pixel B = 1, and this is the variance of the mean. Passes of a low-discrepancy sequence are not
 //! independent: for them it is an upper estimate, more so the smoother the pixel.
