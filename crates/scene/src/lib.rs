@@ -3,8 +3,11 @@
 //! Everything that needs a position, a texture or the ray kernel is here; formulas of directions alone are in
 //! `scatter`, loops over bounces in `integrators`.
 
+mod cameras;
+mod equal_area;
 mod ids;
 mod interaction;
 
+pub use cameras::{Camera, CameraConnection, CameraRay};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
