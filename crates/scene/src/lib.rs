@@ -7,7 +7,9 @@ mod cameras;
 mod equal_area;
 mod ids;
 mod interaction;
+mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
+pub use textures::TextureImage;
