@@ -1,0 +1,315 @@
+//! A tree over geometries in one space.
+
+use math::Bounds;
+use rayon::prelude::*;
+
+use crate::build::{self, BuildOptions, Item, LeafCost};
+use crate::error::BuildError;
+use crate::geometry::{Geometry, Shape};
+use crate::hit::{Best, Hit};
+use crate::layout::{ChildRef, FILTER_BIT, MAX_ITEMS, MixedLeaf, Node8, TriBlock, WIDTH, WideTree};
+use crate::primitive::{self, Curve, MovingTriangle, PIECES, Primitive, triangle};
+
+/// A leaf of eight triangles against a node visit, measured; see `docs/performance.md`.
+const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.2, per_item: 0.0 };
+
+/// The bottom level: many geometries, one tree.
+#[derive(Clone, Debug)]
+pub struct Blas {
+    pub(crate) tree: WideTree,
+    pub(crate) blocks: Vec<TriBlock>,
+    pub(crate) mixed: Vec<MixedLeaf>,
+    pub(crate) others: Vec<Other>,
+    pub(crate) curves: Vec<Curve>,
+    pub(crate) bounds: Bounds,
+    /// For each geometry, its first item.
+    first_items: Vec<u32>,
+    /// For each geometry, items per primitive.
+    strides: Vec<u32>,
+    skipped: usize,
+}
+
+/// A primitive that is no triangle at rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Other {
+    pub(crate) bounds: Bounds,
+    /// Item number with [`FILTER_BIT`].
+    pub(crate) tagged: u32,
+    pub(crate) primitive: Primitive,
+}
+
+/// What a [`Blas`] consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BlasStats {
+    /// Triangles at rest.
+    pub triangles: usize,
+    /// Other primitives, a curve counting once per piece.
+    pub others: usize,
+    /// Left out: without area, or with coordinates that are not finite (or beyond 10¹⁸).
+    pub skipped: usize,
+    /// Inner nodes.
+    pub nodes: usize,
+    /// Blocks of up to eight triangles.
+    pub blocks: usize,
+    /// Expected node visits of a random ray, by the surface area heuristic.
+    pub sah_cost: f32,
+    /// Size in memory.
+    pub bytes: usize,
+}
+
+impl Default for Blas {
+    /// Nothing in it.
+    fn default() -> Self {
+        Self {
+            tree: WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 },
+            blocks: Vec::new(),
+            mixed: Vec::new(),
+            others: Vec::new(),
+            curves: Vec::new(),
+            bounds: Bounds::EMPTY,
+            first_items: Vec::new(),
+            strides: Vec::new(),
+            skipped: 0,
+        }
+    }
+}
+
+impl Blas {
+    /// Builds on the threads of the current rayon pool. Primitives without area or with coordinates that are not finite
+    /// are left out and counted.
+    pub fn build(geometries: &[Geometry<'_>], options: &BuildOptions) -> Result<Self, BuildError> {
+        let mut blas = Self::default();
+        let total = blas.number(geometries)?;
+        let mut items: Vec<Item> = Vec::with_capacity(total);
+        for (geometry, i) in geometries.iter().zip(0..) {
+            blas.gather(geometry, i, &mut items)?;
+        }
+        blas.skipped = total - items.len();
+        blas.bounds = items.iter().fold(Bounds::EMPTY, |all, i| all.union(i.bounds().to_bounds()));
+
+        // Leaves name what they hold; the blocks are filled by all threads afterwards.
+        let mut wanted: Vec<[Option<Item>; WIDTH]> = Vec::new();
+        let all_others = std::mem::take(&mut blas.others);
+        let (others, mixed) = (&mut blas.others, &mut blas.mixed);
+        blas.tree = build::build(&mut items, options, &LEAF_COST, &mut |leaf| {
+            let is_triangle =
+                |i: &&Item| matches!(geometries[i.geometry() as usize].shape, Shape::Mesh { .. });
+            let mut block = [None; WIDTH];
+            for (slot, item) in block.iter_mut().zip(leaf.iter().filter(is_triangle)) {
+                *slot = Some(*item);
+            }
+            let mut reference = ChildRef::EMPTY;
+            if block[0].is_some() {
+                reference = ChildRef::block(wanted.len());
+                wanted.push(block);
+            }
+            let first = others.len() as u32;
+            let of_item =
+                |i: &Item| all_others.binary_search_by_key(&i.id(), |o| o.tagged & !FILTER_BIT).ok();
+            others.extend(leaf.iter().filter_map(of_item).map(|at| all_others[at].clone()));
+            let count = others.len() as u32 - first;
+            if count == 0 {
+                return reference;
+            }
+            mixed.push(MixedLeaf { block: reference, first, count });
+            ChildRef::mixed(mixed.len() - 1)
+        });
+        blas.blocks = wanted.par_iter().map(|block| blas.fill(block, geometries)).collect();
+        Ok(blas)
+    }
+
+    /// Numbers all items; returns how many there are.
+    fn number(&mut self, geometries: &[Geometry<'_>]) -> Result<usize, BuildError> {
+        let mut total = 0_usize;
+        for geometry in geometries {
+            let (count, stride) = match geometry.shape {
+                Shape::Mesh { indices, .. } | Shape::MovingMesh { indices, .. } => (indices.len(), 1),
+                Shape::PatchMesh { indices, .. } => (indices.len(), 1),
+                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => (1, 1),
+                Shape::Curves(curves) => (curves.len(), PIECES),
+            };
+            self.first_items.push(total as u32);
+            self.strides.push(stride);
+            total += count * stride as usize;
+            if total >= MAX_ITEMS {
+                return Err(BuildError::TooManyPrimitives(total));
+            }
+        }
+        Ok(total)
+    }
+
+    /// Appends the items of one geometry.
+    fn gather(
+        &mut self,
+        geometry: &Geometry<'_>,
+        index: u32,
+        items: &mut Vec<Item>,
+    ) -> Result<(), BuildError> {
+        let first = self.first_items[index as usize];
+        let tag = if geometry.needs_filter { FILTER_BIT } else { 0 };
+        let mut put = |others: &mut Vec<Other>, item: u32, bounds: Bounds, primitive: Primitive| {
+            others.push(Other { bounds, tagged: item | tag, primitive });
+            items.push(Item::new(&bounds, item, index));
+        };
+        let others = &mut self.others;
+        match geometry.shape {
+            Shape::Mesh { positions, indices } => {
+                check(index, indices, positions.len())?;
+                let item = |(face, i): (&[u32; 3], u32)| {
+                    let p = face.map(|v| positions[v as usize]);
+                    let bounds = p.iter().fold(Bounds::EMPTY, |b, &q| b.grow(q));
+                    (!triangle::is_degenerate(&p.map(|q| q.to_array())))
+                        .then(|| Item::new(&bounds, first + i, index))
+                };
+                items.par_extend(indices.par_iter().zip(0..indices.len() as u32).filter_map(item));
+            }
+            Shape::MovingMesh { positions: [start, end], times, indices } => {
+                if start.len() != end.len() {
+                    return Err(BuildError::KeysDiffer {
+                        geometry: index,
+                        start: start.len(),
+                        end: end.len(),
+                    });
+                }
+                check(index, indices, start.len())?;
+                for (face, i) in indices.iter().zip(first..) {
+                    let keys = [start, end].map(|key| face.map(|v| key[v as usize].to_array()));
+                    let moving = MovingTriangle { keys, times };
+                    if !moving.is_degenerate() {
+                        put(others, i, moving.bounds(), Primitive::Moving(Box::new(moving)));
+                    }
+                }
+            }
+            Shape::PatchMesh { positions, indices } => {
+                check(index, indices, positions.len())?;
+                for (face, i) in indices.iter().zip(first..) {
+                    let p = face.map(|v| positions[v as usize]);
+                    if !primitive::patch_is_degenerate(&p) {
+                        put(others, i, primitive::patch_bounds(&p), Primitive::Patch(Box::new(p)));
+                    }
+                }
+            }
+            Shape::Sphere(s) if !s.is_degenerate() => {
+                put(others, first, s.bounds(), Primitive::Sphere(Box::new(*s)));
+            }
+            Shape::Disk(d) if !d.is_degenerate() => {
+                put(others, first, d.bounds(), Primitive::Disk(Box::new(*d)))
+            }
+            Shape::Cylinder(c) if !c.is_degenerate() => {
+                put(others, first, c.bounds(), Primitive::Cylinder(Box::new(*c)));
+            }
+            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {}
+            Shape::Curves(curves) => {
+                for (c, i) in curves.iter().zip(0..).filter(|(c, _)| !c.is_degenerate()) {
+                    let curve = self.curves.len() as u32;
+                    self.curves.push(*c);
+                    for piece in 0..PIECES {
+                        let primitive = Primitive::CurvePiece { curve, piece };
+                        put(others, first + i * PIECES + piece, c.piece_bounds(piece), primitive);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn fill(&self, wanted: &[Option<Item>; WIDTH], geometries: &[Geometry<'_>]) -> TriBlock {
+        let mut block = TriBlock::EMPTY;
+        for (lane, item) in wanted.iter().flatten().enumerate() {
+            let geometry = &geometries[item.geometry() as usize];
+            let Shape::Mesh { positions, indices } = geometry.shape else { continue };
+            let face = indices[(item.id() - self.first_items[item.geometry() as usize]) as usize];
+            for (corner, v) in block.v.iter_mut().zip(face) {
+                let p = positions[v as usize].to_array();
+                for (lanes, x) in corner.iter_mut().zip(p) {
+                    lanes[lane] = x;
+                }
+            }
+            block.items[lane] = item.id() | if geometry.needs_filter { FILTER_BIT } else { 0 };
+        }
+        block
+    }
+
+    /// The hit that a candidate stands for.
+    #[inline]
+    pub(crate) fn hit(&self, best: &Best) -> Hit {
+        let geometry = self.first_items.partition_point(|&first| first <= best.item) - 1;
+        let primitive = (best.item - self.first_items[geometry]) / self.strides[geometry];
+        Hit { t: best.t, u: best.u, v: best.v, instance: best.instance, geometry: geometry as u32, primitive }
+    }
+
+    /// The box around everything.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Bytes in memory.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        self.tree.nodes.len() * size_of::<Node8>()
+            + self.blocks.len() * size_of::<TriBlock>()
+            + self.mixed.len() * size_of::<MixedLeaf>()
+            + self.others.iter().map(|o| size_of::<Other>() + o.primitive.heap()).sum::<usize>()
+            + self.curves.len() * size_of::<Curve>()
+            + self.first_items.len() * 2 * size_of::<u32>()
+    }
+
+    /// What it consists of.
+    #[must_use]
+    pub fn stats(&self) -> BlasStats {
+        let in_block = |b: &TriBlock| b.v[0][0].iter().filter(|x| !x.is_nan()).count();
+        BlasStats {
+            triangles: self.blocks.iter().map(in_block).sum(),
+            others: self.others.len(),
+            skipped: self.skipped,
+            nodes: self.tree.nodes.len(),
+            blocks: self.blocks.len(),
+            sah_cost: self.tree.cost,
+            bytes: self.memory(),
+        }
+    }
+}
+
+/// Do all faces name vertices that exist?
+fn check<const N: usize>(geometry: u32, indices: &[[u32; N]], len: usize) -> Result<(), BuildError> {
+    let bad = |face: &[u32; N]| face.iter().any(|&v| v as usize >= len);
+    match indices.par_iter().position_first(bad) {
+        None => Ok(()),
+        Some(at) => {
+            let index = indices[at].iter().copied().find(|&v| v as usize >= len).unwrap_or_default();
+            Err(BuildError::IndexOutOfRange { geometry, primitive: at as u32, index, len })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use math::Vec3;
+
+    fn corners(p: [[f32; 3]; 3]) -> Vec<Vec3> {
+        p.map(Vec3::from_array).to_vec()
+    }
+
+    #[test]
+    fn an_index_out_of_range_is_an_error_that_names_it() {
+        let p = corners([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let mesh = Shape::Mesh { positions: &p, indices: &[[0, 1, 2], [0, 7, 1]] };
+        let e = Blas::build(&[Geometry::opaque(mesh)], &BuildOptions::default()).unwrap_err();
+        assert_eq!(e, BuildError::IndexOutOfRange { geometry: 0, primitive: 1, index: 7, len: 3 });
+        assert_eq!(e.to_string(), "geometry 0: primitive 1 uses vertex 7, but there are only 3 vertices");
+    }
+
+    #[test]
+    fn degenerate_triangles_are_left_out_and_counted() {
+        let mut p = corners([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        p.extend([Vec3::NAN, Vec3::INFINITY, Vec3::new(2.0, 0.0, 0.0)]);
+        let indices = [[0, 1, 2], [0, 0, 1], [0, 1, 3], [0, 1, 4], [0, 1, 5]];
+        let mesh = Shape::Mesh { positions: &p, indices: &indices };
+        let blas = Blas::build(&[Geometry::opaque(mesh)], &BuildOptions::default()).unwrap();
+        let stats = blas.stats();
+        assert_eq!((stats.triangles, stats.skipped), (1, 4));
+        assert!(blas.bounds().max == Vec3::new(1.0, 1.0, 0.0));
+    }
+}

@@ -1,0 +1,16 @@
+//! Eight lanes of `f32`.
+
+/// What the traversal needs of a register. Minimum and maximum give the second operand where the two are equal or
+/// unordered, as x86 does; a comparison with NaN is false.
+pub(super) trait Lanes: Copy {
+    fn splat(x: f32) -> Self;
+    fn load(a: &[f32; 8]) -> Self;
+    fn store(self, a: &mut [f32; 8]);
+    fn add(self, b: Self) -> Self;
+    fn sub(self, b: Self) -> Self;
+    fn mul(self, b: Self) -> Self;
+    fn min(self, b: Self) -> Self;
+    fn max(self, b: Self) -> Self;
+    /// Bit `i` is set where lane `i` of `self` is at most that of `b`.
+    fn le(self, b: Self) -> u32;
+}

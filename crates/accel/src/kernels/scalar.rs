@@ -1,0 +1,65 @@
+//! The oracle: plain loops over eight lanes, for every processor.
+
+use math::Ray;
+
+use super::lanes::Lanes;
+use super::traverse;
+use crate::accel::Accel;
+use crate::hit::{Best, Hit};
+use crate::ray_space;
+
+#[derive(Clone, Copy)]
+struct Plain([f32; 8]);
+
+impl Plain {
+    #[inline(always)]
+    fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
+    }
+}
+
+impl Lanes for Plain {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; 8])
+    }
+    #[inline(always)]
+    fn load(a: &[f32; 8]) -> Self {
+        Self(*a)
+    }
+    #[inline(always)]
+    fn store(self, a: &mut [f32; 8]) {
+        *a = self.0;
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        self.zip(b, |x, y| x + y)
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        self.zip(b, |x, y| x - y)
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        self.zip(b, |x, y| x * y)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.zip(b, ray_space::min)
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.zip(b, ray_space::max)
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> u32 {
+        (0..8).fold(0, |m, i| m | (u32::from(self.0[i] <= b.0[i]) << i))
+    }
+}
+
+pub(super) fn trace<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
+where
+    F: FnMut(&Hit) -> bool,
+{
+    traverse::trace::<Plain, ANY, F>(accel, ray, filter)
+}

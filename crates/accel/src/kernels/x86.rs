@@ -1,0 +1,108 @@
+//! AVX2 and AVX-512: eight lanes in a 256-bit register.
+//!
+//! The AVX-512 kernel is the same source with 32 registers and mask registers at the compiler's hand (AVX-512VL).
+#![allow(unsafe_code, reason = "intrinsics; see each SAFETY note")]
+
+use std::arch::x86_64::{
+    __m256, _CMP_LE_OQ, _mm256_add_ps, _mm256_cmp_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
+};
+
+use math::Ray;
+
+use super::lanes::Lanes;
+use super::traverse;
+use crate::accel::Accel;
+use crate::hit::{Best, Hit};
+
+pub(super) fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+pub(super) fn has_avx512() -> bool {
+    has_avx2()
+        && is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512bw")
+}
+
+/// Only functions below, which run where AVX2 was detected, name this type: that is the fact every method relies on.
+#[derive(Clone, Copy)]
+struct Avx(__m256);
+
+impl Lanes for Avx {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn load(a: &[f32; 8]) -> Self {
+        // SAFETY: AVX2 was detected, see the type; the reference is to eight floats.
+        Self(unsafe { _mm256_loadu_ps(a.as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, a: &mut [f32; 8]) {
+        // SAFETY: AVX2 was detected, see the type; the reference is to eight floats.
+        unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_add_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_sub_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_mul_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_min_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_max_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> u32 {
+        // SAFETY: AVX2 was detected, see the type.
+        (unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, b.0)) }) as u32
+    }
+}
+
+pub(super) fn trace_avx2<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
+where
+    F: FnMut(&Hit) -> bool,
+{
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
+        traverse::trace::<Avx, ANY, F>(accel, ray, filter)
+    }
+    // SAFETY: an `Accel` names this kernel only after `has_avx2`.
+    unsafe { kernel::<ANY, F>(accel, ray, filter) }
+}
+
+pub(super) fn trace_avx512<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
+where
+    F: FnMut(&Hit) -> bool,
+{
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
+        traverse::trace::<Avx, ANY, F>(accel, ray, filter)
+    }
+    // SAFETY: an `Accel` names this kernel only after `has_avx512`.
+    unsafe { kernel::<ANY, F>(accel, ray, filter) }
+}
