@@ -5,8 +5,8 @@
 //! are integrated over nodes 5 nm apart with the weights of x̄, ȳ, z̄ times the illuminant of the straight lines
 //! between them. Every operation is in a fixed order: the same bits on every machine.
 //!
-//! Departs from the paper: Levenberg–Marquardt steps instead of Gauss–Newton, 32 instead of 64 grid points,
-//! coefficients in normalised wavelength.
+//! Departs from the paper: Levenberg–Marquardt steps instead of Gauss–Newton, 64 levels by 32 by 32
+//! instead of 64³ points, coefficients in normalised wavelength.
 
 use std::sync::OnceLock;
 
@@ -15,8 +15,10 @@ use math::trig::f64::pow;
 
 use crate::{ColorSpace, SigmoidPolynomial, cie};
 
-/// Grid points on each axis.
+/// Grid points on the axes of the two smaller channels.
 const RES: usize = 32;
+/// Grid points on the axis of the largest channel.
+const LEVELS: usize = 64;
 /// Distance of the quadrature's nodes in nm.
 const STEP: usize = 5;
 const N_NODES: usize = 470 / STEP + 1;
@@ -26,7 +28,7 @@ const LIMIT: f64 = 200.0;
 /// Coefficients for the whole gamut of one colour space.
 pub struct RgbToSpectrumTable {
     /// Values of the largest channel, rising, dense near 0 and 1.
-    levels: [f32; RES],
+    levels: [f32; LEVELS],
     /// By largest channel, its level, and the next two channels relative to it.
     coefficients: Vec<[f32; 3]>,
 }
@@ -54,7 +56,7 @@ impl RgbToSpectrumTable {
         let x = rgb[(largest + 1) % 3] * relative;
         let y = rgb[(largest + 2) % 3] * relative;
         let (xi, yi) = ((x as usize).min(RES - 2), (y as usize).min(RES - 2));
-        let zi = self.levels.partition_point(|l| *l <= z).clamp(1, RES - 1) - 1;
+        let zi = self.levels.partition_point(|l| *l <= z).clamp(1, LEVELS - 1) - 1;
         let (tx, ty) = (x - xi as f32, y - yi as f32);
         let tz = (z - self.levels[zi]) / (self.levels[zi + 1] - self.levels[zi]);
 
@@ -79,9 +81,9 @@ impl RgbToSpectrumTable {
     }
 
     fn build(fit: &Fit) -> Self {
-        let levels = std::array::from_fn(|k| smooth(smooth(k as f64 / (RES - 1) as f64)));
+        let levels = std::array::from_fn(|k| smooth(smooth(k as f64 / (LEVELS - 1) as f64)));
         let mut table =
-            Self { levels: levels.map(|l| l as f32), coefficients: vec![[0.0; 3]; 3 * RES * RES * RES] };
+            Self { levels: levels.map(|l| l as f32), coefficients: vec![[0.0; 3]; 3 * LEVELS * RES * RES] };
         for largest in 0..3 {
             for j in 0..RES {
                 for i in 0..RES {
@@ -93,10 +95,10 @@ impl RgbToSpectrumTable {
     }
 
     /// All levels of one hue, from the middle outwards: each starts from its neighbour.
-    fn build_column(&mut self, fit: &Fit, levels: &[f64; RES], [largest, j, i]: [usize; 3]) {
-        let start = RES / 5;
+    fn build_column(&mut self, fit: &Fit, levels: &[f64; LEVELS], [largest, j, i]: [usize; 3]) {
+        let start = LEVELS / 5;
         let mut middle = DVec3::ZERO;
-        let up = start..RES;
+        let up = start..LEVELS;
         let down = (0..start).rev();
         let mut c = middle;
         for k in up.chain(down) {
@@ -142,8 +144,12 @@ impl Fit {
                 weights[node + 1] += DVec3::from_array(*bar) * (light * t);
             }
         }
-        let nodes = weights.iter().enumerate().map(|(k, w)| (k as f64 / (N_NODES - 1) as f64, *w)).collect();
+        // Nodes that nobody sees are left out.
         let white: DVec3 = weights.iter().sum();
+        let nodes = (0..N_NODES)
+            .map(|k| (k as f64 / (N_NODES - 1) as f64, weights[k]))
+            .filter(|(_, w)| w.max_element() > 1e-5)
+            .collect();
 
         // The matrix whose (1, 1, 1) is the white of the spectrum, not of the standard's four digits: grey stays grey.
         let nominal = DMat3::from_cols_array_2d(&space.xyz_from_rgb_rows()).transpose();
@@ -159,7 +165,7 @@ impl Fit {
         let mut error = (now.lab - target).length_squared();
 
         for _ in 0..40 {
-            if error < 1e-8 {
+            if error < 1e-6 {
                 break;
             }
             // (JᵀJ + μ diag JᵀJ) δ = Jᵀ r.
@@ -239,7 +245,7 @@ fn limit(c: DVec3) -> DVec3 {
 }
 
 fn index(largest: usize, k: usize, j: usize, i: usize) -> usize {
-    ((largest * RES + k) * RES + j) * RES + i
+    ((largest * LEVELS + k) * RES + j) * RES + i
 }
 
 fn index_of_largest(rgb: [f32; 3]) -> usize {
@@ -347,9 +353,9 @@ mod timing {
     #[test]
     fn build_time() {
         for s in super::ColorSpace::ALL {
-        let t = std::time::Instant::now();
-        let _ = super::RgbToSpectrumTable::of(s);
-        println!("TIME {:?}", t.elapsed());
+            let t = std::time::Instant::now();
+            let _ = super::RgbToSpectrumTable::of(s);
+            println!("TIME {:?}", t.elapsed());
         }
     }
 }
