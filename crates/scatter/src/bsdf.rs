@@ -1,0 +1,407 @@
+//! Surfaces: what part of the light from `wi` leaves along `wo`, and how to choose `wi`.
+//!
+//! | kind                  | what it is                                             | delta      |
+//! |-----------------------|--------------------------------------------------------|------------|
+//! | `Diffuse`             | Lambert's law                                          | never      |
+//! | `DiffuseTransmission` | Lambert's law on both sides                            | never      |
+//! | `Conductor`           | metal, smooth or rough                                 | if smooth  |
+//! | `Dielectric`          | glass, smooth or rough                                 | if smooth  |
+//! | `ThinDielectric`      | a pane: two parallel smooth interfaces                 | always     |
+//! | `CoatedDiffuse`       | a dielectric layer over Lambert's law                  | if smooth  |
+//! | `CoatedConductor`     | a dielectric layer over metal                          | if both smooth |
+//!
+//! A mixture of materials is resolved at the hit (`scene`), by a hash of the point. To add a kind: its file here,
+//! a line in the closed set below and in the table above, a line in `tests/laws.rs`.
+
+mod coated;
+mod coated_conductor;
+mod coated_diffuse;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod diffuse_transmission;
+mod thin_dielectric;
+
+use std::ops::{BitOr, Not};
+
+use math::LocalDir;
+use sampling::{Pdf, SolidAngle};
+use spectrum::Spectrum;
+
+pub use coated::{Coat, CoatProfile, CoatProfiles};
+pub use coated_conductor::CoatedConductor;
+pub use coated_diffuse::CoatedDiffuse;
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
+pub use thin_dielectric::ThinDielectric;
+
+use crate::closed_set::closed_set;
+
+/// What a path carries from `wi` to `wo`. Radiance is divided by η² where it enters a denser medium; importance is
+/// not [Veach1997, ch. 5].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TransportMode {
+    /// Paths from the eye: light flows from `wi` to `wo`.
+    #[default]
+    Radiance,
+    /// Paths from a light: importance flows from `wi` to `wo`.
+    Importance,
+}
+
+impl TransportMode {
+    /// What radiance is multiplied by on its way from the far side (index `eta` times that of the near side).
+    #[must_use]
+    #[inline]
+    pub(crate) fn transmission_scale(self, eta: f32) -> f32 {
+        match self {
+            Self::Radiance => 1.0 / (eta * eta),
+            Self::Importance => 1.0,
+        }
+    }
+}
+
+impl Not for TransportMode {
+    type Output = Self;
+    fn not(self) -> Self {
+        match self {
+            Self::Radiance => Self::Importance,
+            Self::Importance => Self::Radiance,
+        }
+    }
+}
+
+/// Which side light comes out of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side that it came from.
+    Reflection,
+    /// The other.
+    Transmission,
+}
+
+/// How wide a lobe is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gloss {
+    /// Over the whole hemisphere.
+    Diffuse,
+    /// About one direction.
+    Glossy,
+    /// In one direction alone: a delta.
+    Specular,
+}
+
+/// What a sample was drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lobe {
+    /// Reflection or transmission.
+    pub side: Side,
+    /// Diffuse, glossy or specular.
+    pub gloss: Gloss,
+}
+
+impl Lobe {
+    pub(crate) const fn reflection(gloss: Gloss) -> Self {
+        Self { side: Side::Reflection, gloss }
+    }
+
+    pub(crate) const fn transmission(gloss: Gloss) -> Self {
+        Self { side: Side::Transmission, gloss }
+    }
+
+    /// A delta?
+    #[must_use]
+    pub fn is_specular(self) -> bool {
+        self.gloss == Gloss::Specular
+    }
+
+    /// Through the surface?
+    #[must_use]
+    pub fn is_transmission(self) -> bool {
+        self.side == Side::Transmission
+    }
+}
+
+/// The lobes that a BSDF has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LobeFlags(u8);
+
+impl LobeFlags {
+    /// None: the surface is black.
+    pub const NONE: Self = Self(0);
+    /// Lambertian reflection.
+    pub const DIFFUSE_REFLECTION: Self = Self(1);
+    /// Lambertian transmission.
+    pub const DIFFUSE_TRANSMISSION: Self = Self(2);
+    /// Rough reflection.
+    pub const GLOSSY_REFLECTION: Self = Self(4);
+    /// Rough transmission.
+    pub const GLOSSY_TRANSMISSION: Self = Self(8);
+    /// Mirror reflection.
+    pub const SPECULAR_REFLECTION: Self = Self(16);
+    /// Refraction, or straight passage.
+    pub const SPECULAR_TRANSMISSION: Self = Self(32);
+
+    /// Every lobe that is a delta.
+    pub const SPECULAR: Self = Self(16 | 32);
+    /// Every lobe through the surface.
+    pub const TRANSMISSION: Self = Self(2 | 8 | 32);
+
+    /// Any lobe in common?
+    #[must_use]
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// No lobe but those of `other`?
+    #[must_use]
+    pub const fn is_within(self, other: Self) -> bool {
+        self.0 & !other.0 == 0
+    }
+
+    /// No lobe at all?
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl BitOr for LobeFlags {
+    type Output = Self;
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+/// Which sides a sample may come out of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SampleLobes {
+    /// Both.
+    #[default]
+    All,
+    /// Only the side of `wo`.
+    Reflection,
+    /// Only the other.
+    Transmission,
+}
+
+impl SampleLobes {
+    /// The probability of reflection, where it would be `reflectance` if both sides were allowed.
+    #[must_use]
+    #[inline]
+    pub(crate) fn reflection_probability(self, reflectance: f32) -> f32 {
+        match self {
+            Self::All => reflectance,
+            Self::Reflection => 1.0,
+            Self::Transmission => 0.0,
+        }
+    }
+}
+
+/// How likely a sample was. A delta has no density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Density {
+    /// Per steradian, over all lobes that could have made this direction.
+    Smooth(Pdf<SolidAngle>),
+    /// One of finitely many directions.
+    Delta {
+        /// Chance of this one.
+        probability: f32,
+    },
+}
+
+/// A direction drawn from a BSDF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The direction, away from the surface.
+    pub wi: LocalDir,
+    /// What a throughput is multiplied by: `f |cos θi| / pdf`, and for a delta its reflectance or transmittance
+    /// (with 1/η² for radiance) over its probability. Computed without the poles of `f` and `pdf`.
+    pub weight: Spectrum,
+    /// How likely the direction was.
+    pub density: Density,
+    /// What it was drawn from.
+    pub lobe: Lobe,
+    /// One for reflection; index of the far side over the near side for transmission. Russian roulette undoes its
+    /// square.
+    pub eta: f32,
+    /// The density is only in proportion to the truth (random walks between layers): `weight` is right in the
+    /// mean, but for multiple importance sampling ask [`Bsdf::pdf`] in its place.
+    pub pdf_is_proportional: bool,
+}
+
+impl BsdfSample {
+    pub(crate) fn smooth(wi: LocalDir, weight: Spectrum, pdf: Pdf<SolidAngle>, lobe: Lobe) -> Self {
+        let density = Density::Smooth(pdf);
+        Self { wi, weight, density, lobe, eta: 1.0, pdf_is_proportional: false }
+    }
+
+    pub(crate) fn delta(wi: LocalDir, weight: Spectrum, probability: f32, lobe: Lobe) -> Self {
+        let density = Density::Delta { probability };
+        Self { wi, weight, density, lobe, eta: 1.0, pdf_is_proportional: false }
+    }
+
+    /// A delta?
+    #[must_use]
+    pub fn is_specular(&self) -> bool {
+        matches!(self.density, Density::Delta { .. })
+    }
+
+    /// The density per steradian; `None` for a delta.
+    #[must_use]
+    pub fn pdf(&self) -> Option<Pdf<SolidAngle>> {
+        match self.density {
+            Density::Smooth(pdf) => Some(pdf),
+            Density::Delta { .. } => None,
+        }
+    }
+
+    /// `f(wo, wi)` in 1/sr, without the cosine (for a walk between layers an estimate of it); `None` for a delta.
+    #[must_use]
+    pub fn f(&self) -> Option<Spectrum> {
+        self.pdf().map(|pdf| self.weight * (pdf.value() / self.wi.abs_cos_theta().max(f32::MIN_POSITIVE)))
+    }
+}
+
+/// What every kind of surface does. Both directions point away from the surface.
+///
+/// Laws, checked for every kind by `testkit::bsdf_laws!`: `pdf` integrates to the chance of a valid sample, at most
+/// one; `sample` draws from `pdf`, and its weight is `f |cos| / pdf`; `eval` is reciprocal (with η² between sides)
+/// and, under uniform light, gives back no more than it receives; nothing is NaN or infinite for any input.
+pub trait BsdfKind: Copy + Into<Bsdf> {
+    /// `f(wo, wi)` in 1/sr, **without** the cosine; zero where only a delta would do.
+    fn eval(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Spectrum;
+
+    /// Density per steradian with which [`BsdfKind::sample`] makes `wi`, deltas left out. (Walks between layers: an
+    /// approximation that is positive wherever `eval` is.)
+    fn pdf(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Pdf<SolidAngle>;
+
+    /// Both at once: the inner loop of next-event estimation with multiple importance sampling.
+    #[inline]
+    fn eval_pdf(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> (Spectrum, Pdf<SolidAngle>) {
+        (self.eval(wo, wi, mode), self.pdf(wo, wi, mode))
+    }
+
+    /// A direction for `wo`: `u_lobe` chooses what to sample, `u` where. `None` if the sample carries nothing.
+    fn sample(&self, wo: LocalDir, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<BsdfSample>;
+
+    /// The lobes that it has.
+    fn flags(&self) -> LobeFlags;
+
+    /// About `∫ f |cos θi| dωi`: for guides and auxiliary images, not for light transport.
+    fn albedo_estimate(&self, wo: LocalDir) -> Spectrum;
+
+    /// The same surface with its narrow lobes widened.
+    #[must_use]
+    fn regularized(&self) -> Self {
+        *self
+    }
+}
+
+closed_set! {
+    ($)
+    /// A surface at a hit: one of the kinds of the module's head, by value.
+    #[derive(Clone, Copy, Debug)]
+    pub enum Bsdf dispatch dispatch {
+        /// Lambert's law.
+        Diffuse,
+        /// Lambert's law on both sides.
+        DiffuseTransmission,
+        /// Metal.
+        Conductor,
+        /// Glass.
+        Dielectric,
+        /// A pane.
+        ThinDielectric,
+        /// A dielectric layer over Lambert's law.
+        CoatedDiffuse,
+        /// A dielectric layer over metal.
+        CoatedConductor,
+    }
+}
+
+impl Bsdf {
+    /// See [`BsdfKind::eval`].
+    #[must_use]
+    #[inline]
+    pub fn eval(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Spectrum {
+        dispatch!(self, b => b.eval(wo, wi, mode))
+    }
+
+    /// See [`BsdfKind::pdf`].
+    #[must_use]
+    #[inline]
+    pub fn pdf(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Pdf<SolidAngle> {
+        dispatch!(self, b => b.pdf(wo, wi, mode))
+    }
+
+    /// See [`BsdfKind::eval_pdf`].
+    #[must_use]
+    #[inline]
+    pub fn eval_pdf(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> (Spectrum, Pdf<SolidAngle>) {
+        dispatch!(self, b => b.eval_pdf(wo, wi, mode))
+    }
+
+    /// See [`BsdfKind::sample`].
+    #[must_use]
+    #[inline]
+    pub fn sample(&self, wo: LocalDir, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<BsdfSample> {
+        dispatch!(self, b => b.sample(wo, u_lobe, u, mode))
+    }
+
+    /// See [`BsdfKind::flags`].
+    #[must_use]
+    pub fn flags(&self) -> LobeFlags {
+        dispatch!(self, b => b.flags())
+    }
+
+    /// See [`BsdfKind::albedo_estimate`].
+    #[must_use]
+    pub fn albedo_estimate(&self, wo: LocalDir) -> Spectrum {
+        dispatch!(self, b => b.albedo_estimate(wo))
+    }
+
+    /// See [`BsdfKind::regularized`].
+    #[must_use]
+    pub fn regularized(&self) -> Self {
+        dispatch!(self, b => b.regularized().into())
+    }
+
+    /// Nothing but deltas (or nothing at all): next-event estimation finds no light here.
+    #[must_use]
+    pub fn is_delta_only(&self) -> bool {
+        self.flags().is_within(LobeFlags::SPECULAR)
+    }
+
+    /// Any delta?
+    #[must_use]
+    pub fn has_delta(&self) -> bool {
+        self.flags().intersects(LobeFlags::SPECULAR)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bsdf_fits_in_160_bytes() {
+        assert!(size_of::<Bsdf>() <= 160, "{}", size_of::<Bsdf>());
+        assert!(size_of::<BsdfSample>() <= 64, "{}", size_of::<BsdfSample>());
+    }
+
+    #[test]
+    fn flags_say_what_is_there() {
+        let glass = Bsdf::from(Dielectric::new(1.5, [0.0; 2]));
+        assert!(
+            glass.is_delta_only() && glass.has_delta() && glass.flags().intersects(LobeFlags::TRANSMISSION)
+        );
+        let frosted = Bsdf::from(Dielectric::new(1.5, [0.3; 2]));
+        assert!(!frosted.is_delta_only() && !frosted.has_delta());
+        assert!(!Bsdf::from(Diffuse::new(Spectrum::ONE)).has_delta());
+        assert!(!glass.regularized().has_delta());
+        assert_eq!(glass.name(), "Dielectric");
+        assert_eq!(Bsdf::NAMES.len(), 7);
+    }
+}
