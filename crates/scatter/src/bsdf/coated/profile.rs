@@ -38,7 +38,8 @@ impl CoatProfile {
         // Over the angles outside that refract: 2μ' dμ' = 2μ dμ / η². The rest of the inside sees total reflection.
         let inverse_eta2 = 1.0 / (eta * eta);
         let from = trig::safe_sqrt(1.0 - eta * eta);
-        let partial = integrate(from, 1.0, |mu| 2.0 * f64::from(mu) * reflected(mu) * f64::from(passed(mu)).powi(2));
+        let partial =
+            integrate(from, 1.0, |mu| 2.0 * f64::from(mu) * reflected(mu) * f64::from(passed(mu)).powi(2));
         let beyond = trig::safe_sqrt(1.0 - inverse_eta2);
         let total = integrate(0.0, beyond, |mu| 2.0 * f64::from(mu * absorbed(2.0 * thickness, mu)));
         let average =
