@@ -4,6 +4,7 @@
 //! Only a [`Sampler`] makes numbers; every other routine takes them as arguments `u`, so that it is a pure
 //! function: testable on grids, usable by quasi-Monte Carlo and by Metropolis alike.
 
+pub mod distribution;
 pub mod mis;
 pub mod rng;
 pub mod sobol;

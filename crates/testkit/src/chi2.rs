@@ -202,8 +202,10 @@ pub fn uniform_pair(seed: u64, index: u64) -> [f32; 2] {
     [math::hash::unit_f32((h >> 32) as u32), math::hash::unit_f32(h as u32)]
 }
 
-/// ∫ f over a cell: a 4×4 Gauss rule, halved both ways until four quarters agree with the whole.
+/// ∫ f over a cell: a 4×4 Gauss rule, halved both ways three times (so that no corner is overlooked) and then until
+/// four quarters agree with the whole.
 fn integrate_cell(f: &impl Fn(f64, f64) -> f64, cell: [[f64; 2]; 2], tolerance: f64) -> f64 {
+    const DEPTH: u32 = 7;
     fn refine(
         f: &impl Fn(f64, f64) -> f64,
         cell: [[f64; 2]; 2],
@@ -217,12 +219,12 @@ fn integrate_cell(f: &impl Fn(f64, f64) -> f64, cell: [[f64; 2]; 2], tolerance: 
             [[lo, mid], [[mid[0], lo[1]], [hi[0], mid[1]]], [[lo[0], mid[1]], [mid[0], hi[1]]], [mid, hi]];
         let parts = quarters.map(|q| gauss_4x4(f, q));
         let sum: f64 = parts.iter().sum();
-        if (sum - whole).abs() <= tolerance || depth == 0 {
+        if depth == 0 || (depth <= DEPTH - 3 && (sum - whole).abs() <= tolerance) {
             return sum;
         }
         (0..4).map(|i| refine(f, quarters[i], parts[i], tolerance * 0.5, depth - 1)).sum()
     }
-    refine(f, cell, gauss_4x4(f, cell), tolerance, 7)
+    refine(f, cell, gauss_4x4(f, cell), tolerance, DEPTH)
 }
 
 /// Nodes and weights of the Gauss–Legendre rule of four points on [−1, 1] [DLMF, sec. 3.5].

@@ -1,0 +1,228 @@
+//! Directions to a triangle or a rectangle, uniform in the solid angle that it subtends.
+//!
+//! | shape     | idea         | solid angle                               |
+//! |-----------|--------------|-------------------------------------------|
+//! | triangle  | [Arvo1995]   | [VanOosterom1983]                         |
+//! | rectangle | [Urena2013]  | four arctangents, one for each corner     |
+//!
+//! Departs from the papers: the first coordinate is found by formulas of our own that do not cancel when the shape is small or
+//! far. Triangle: with half the arc from A to C′ as the unknown, `tan(Ω/2) = p k sin α / (1 + p k cos α)`, where p and
+//! k are the tangents of half the arcs that meet at A, is linear in p. Rectangle: the corner's arctangent is an
+//! arcsine of the product of the sines b, c of its elevations, and `asin(b₁ c) − asin(b₀ c) = τ` is a triangle
+//! with sides b₀, b₁ and angle τ. All is in double precision, and both have inverses.
+
+use math::trig::f64 as trig;
+use math::{DVec3, Dir, Point, Vec3};
+
+use crate::{Pdf, SolidAngle};
+
+/// A sampled direction and the point that it leads to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionOnShape {
+    /// From the reference point; unit.
+    pub direction: Dir,
+    /// The first two barycentric coordinates on a triangle; the position along the two edges of a rectangle, in [0, 1].
+    pub coordinates: [f32; 2],
+}
+
+/// Below this, in steradian, a shape counts as seen edge-on.
+const SMALLEST: f64 = 1e-14;
+
+/// A triangle as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub struct SphericalTriangle {
+    /// Corners relative to the reference point.
+    corners: [DVec3; 3],
+    /// Unit vectors to them.
+    a: DVec3,
+    b: DVec3,
+    c: DVec3,
+    /// Tangent of half the arc from a to b.
+    k: f64,
+    /// Sine and cosine of the angle at a.
+    sin_alpha: f64,
+    cos_alpha: f64,
+    solid_angle: f64,
+}
+
+impl SphericalTriangle {
+    /// The triangle with these corners, seen from `from`; `None` if it is seen edge-on.
+    #[must_use]
+    pub fn new(corners: [Point; 3], from: Point) -> Option<Self> {
+        let corners = corners.map(|p| p.0.as_dvec3() - from.0.as_dvec3());
+        let [a, b, c] = corners.map(DVec3::try_normalize);
+        let (a, b, c) = (a?, b?, c?);
+        let solid_angle = solid_angle(a, b, c);
+        if solid_angle.is_nan() || solid_angle < SMALLEST {
+            return None;
+        }
+        // The angle at a is that between the planes (a, b) and (a, c).
+        let (n_ab, n_ac) = (a.cross(b - a).try_normalize()?, a.cross(c - a).try_normalize()?);
+        let (cos_alpha, sin_alpha) = (n_ab.dot(n_ac), n_ab.cross(n_ac).length());
+        let k = (a - b).length() / (a + b).length();
+        k.is_finite().then_some(Self { corners, a, b, c, k, sin_alpha, cos_alpha, solid_angle })
+    }
+
+    /// In steradian.
+    #[must_use]
+    pub fn solid_angle(&self) -> f32 {
+        self.solid_angle as f32
+    }
+
+    /// The density of every direction to the triangle.
+    #[must_use]
+    pub fn pdf(&self) -> Pdf<SolidAngle> {
+        Pdf::new((1.0 / self.solid_angle) as f32)
+    }
+
+    /// A direction to the triangle.
+    #[must_use]
+    pub fn sample(&self, u: [f32; 2]) -> DirectionOnShape {
+        // c' on the edge from a to c, such that the triangle (a, b, c') has the share u0 of the solid angle:
+        // tan(arc/2) = sin(Ω'/2) / (k sin(α − Ω'/2)).
+        let (sin, cos) = trig::sin_cos(0.5 * f64::from(u[0]) * self.solid_angle);
+        let (s, t) = (sin, self.k * (self.sin_alpha * cos - self.cos_alpha * sin));
+        let norm = s * s + t * t;
+        let c = self.a * ((t * t - s * s) / norm) + orthogonal(self.c, self.a) * (2.0 * s * t / norm);
+
+        // On the arc from b to c', heights below b are uniform.
+        let h = f64::from(u[1]) * 0.5 * (c - self.b).length_squared();
+        let w = self.b * (1.0 - h) + orthogonal(c, self.b) * (h * (2.0 - h)).max(0.0).sqrt();
+        DirectionOnShape { direction: Dir(w.normalize_or_zero().as_vec3()), coordinates: self.barycentric(w) }
+    }
+
+    /// The `u` of a direction to the triangle.
+    #[must_use]
+    pub fn inverse(&self, w: Dir) -> [f32; 2] {
+        let w = w.0.as_dvec3().normalize_or_zero();
+        // c' is where the great circle through b and w meets the edge from a to c.
+        let Some(c) = self.b.cross(w).cross(self.c.cross(self.a)).try_normalize() else { return [0.0; 2] };
+        let c = if c.dot(self.a + self.c) < 0.0 { -c } else { c };
+        let u0 = solid_angle(self.a, self.b, c) / self.solid_angle;
+        // 1 − w·b = |w − b|² / 2 keeps its bits when both are close.
+        let u1 = (w - self.b).length_squared() / (c - self.b).length_squared();
+        [u0, u1].map(|x| x.clamp(0.0, 1.0) as f32)
+    }
+
+    /// The first two barycentric coordinates of where the direction meets the triangle.
+    fn barycentric(&self, w: DVec3) -> [f32; 2] {
+        let [p0, p1, p2] = self.corners;
+        // Volumes of the tetrahedra that w spans with the edges.
+        let (v0, v1, v2) = (w.dot(p1.cross(p2)), w.dot(p2.cross(p0)), w.dot(p0.cross(p1)));
+        let sum = v0 + v1 + v2;
+        let b0 = (v0 / sum).clamp(0.0, 1.0);
+        [b0 as f32, (v1 / sum).clamp(0.0, 1.0 - b0) as f32]
+    }
+}
+
+/// Of the spherical triangle with these unit corners [VanOosterom1983].
+fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let volume = a.dot((b - a).cross(c - a)).abs();
+    2.0 * trig::atan2(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+}
+
+/// The unit vector in the plane of x and y that is perpendicular to y, on the side of x.
+fn orthogonal(x: DVec3, y: DVec3) -> DVec3 {
+    let d = x - y;
+    (d - y * d.dot(y)).normalize_or_zero()
+}
+
+/// A rectangle as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub struct SphericalRectangle {
+    /// World axes along the edges and along the normal, towards the rectangle.
+    axes: [DVec3; 3],
+    /// Its extent along the edges, and its distance along the normal.
+    x: [f64; 2],
+    y: [f64; 2],
+    z: f64,
+    /// Sines of the elevations of the edges y0 and y1 above the normal.
+    b: [f64; 2],
+    /// The solid angle between x = 0 and x0, signed.
+    before: f64,
+    solid_angle: f64,
+}
+
+impl SphericalRectangle {
+    /// The rectangle from `corner` along two edges, which must be perpendicular, seen from `from`; `None` if it is
+    /// seen edge-on.
+    #[must_use]
+    pub fn new(corner: Point, edges: [Vec3; 2], from: Point) -> Option<Self> {
+        let [ex, ey] = edges.map(|e| e.as_dvec3());
+        let (axis_x, axis_y) = (ex.try_normalize()?, ey.try_normalize()?);
+        let d = corner.0.as_dvec3() - from.0.as_dvec3();
+        let mut axis_z = axis_x.cross(axis_y);
+        if d.dot(axis_z) < 0.0 {
+            axis_z = -axis_z;
+        }
+        let (x0, y0, z) = (d.dot(axis_x), d.dot(axis_y), d.dot(axis_z));
+        let (x, y) = ([x0, x0 + ex.length()], [y0, y0 + ey.length()]);
+        let before = between(x[0], y, z);
+        let solid_angle = between(x[1], y, z) - before;
+        let b = y.map(|y| y / (y * y + z * z).sqrt());
+        let usable = z > 0.0 && solid_angle >= SMALLEST;
+        usable.then_some(Self { axes: [axis_x, axis_y, axis_z], x, y, z, b, before, solid_angle })
+    }
+
+    /// In steradian.
+    #[must_use]
+    pub fn solid_angle(&self) -> f32 {
+        self.solid_angle as f32
+    }
+
+    /// The density of every direction to the rectangle.
+    #[must_use]
+    pub fn pdf(&self) -> Pdf<SolidAngle> {
+        Pdf::new((1.0 / self.solid_angle) as f32)
+    }
+
+    /// A direction to the rectangle.
+    #[must_use]
+    pub fn sample(&self, u: [f32; 2]) -> DirectionOnShape {
+        // The stripe up to x has the share u0 of the solid angle. c = x / √(x² + z²) solves
+        // asin(b1 c) − asin(b0 c) = τ: the law of cosines, in the form that does not cancel.
+        let (sin_half, cos_half) = trig::sin_cos(0.5 * (f64::from(u[0]) * self.solid_angle + self.before));
+        let [b0, b1] = self.b;
+        let side2 = (b1 - b0) * (b1 - b0) + 4.0 * b0 * b1 * sin_half * sin_half;
+        let c = 2.0 * sin_half * cos_half / side2.max(f64::MIN_POSITIVE).sqrt();
+        let x = c * self.z / (1.0 - c * c).max(1e-300).sqrt();
+        let x = x.clamp(self.x[0], self.x[1]);
+
+        // Along the stripe, sines are uniform.
+        let d2 = x * x + self.z * self.z;
+        let [h0, h1] = self.y.map(|y| sine(y, d2));
+        let h = h0 + f64::from(u[1]) * (h1 - h0);
+        let y = (h * (d2 / (1.0 - h * h).max(1e-300)).sqrt()).clamp(self.y[0], self.y[1]);
+        let w = self.axes[0] * x + self.axes[1] * y + self.axes[2] * self.z;
+        let share = |v: f64, [lo, hi]: [f64; 2]| ((v - lo) / (hi - lo)) as f32;
+        DirectionOnShape {
+            direction: Dir(w.normalize_or_zero().as_vec3()),
+            coordinates: [share(x, self.x), share(y, self.y)],
+        }
+    }
+
+    /// The `u` of a direction to the rectangle.
+    #[must_use]
+    pub fn inverse(&self, w: Dir) -> [f32; 2] {
+        let w = w.0.as_dvec3();
+        let scale = self.z / w.dot(self.axes[2]);
+        let x = (w.dot(self.axes[0]) * scale).clamp(self.x[0], self.x[1]);
+        let y = (w.dot(self.axes[1]) * scale).clamp(self.y[0], self.y[1]);
+        let d2 = x * x + self.z * self.z;
+        let [h0, h1] = self.y.map(|y| sine(y, d2));
+        let u0 = (between(x, self.y, self.z) - self.before) / self.solid_angle;
+        let u1 = (sine(y, d2) - h0) / (h1 - h0);
+        [u0, u1].map(|v| v.clamp(0.0, 1.0) as f32)
+    }
+}
+
+/// Signed solid angle of the rectangle from 0 to x and from y0 to y1 at distance z.
+fn between(x: f64, [y0, y1]: [f64; 2], z: f64) -> f64 {
+    let corner = |y: f64| trig::atan2(x * y, z * (x * x + y * y + z * z).sqrt());
+    corner(y1) - corner(y0)
+}
+
+/// y / √(d² + y²).
+fn sine(y: f64, d2: f64) -> f64 {
+    y / (d2 + y * y).sqrt()
+}
