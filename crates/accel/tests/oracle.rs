@@ -9,8 +9,6 @@ use steradian_accel::{
     TreeKind, accept_all,
 };
 
-const TREES: [TreeKind; 2] = [TreeKind::BinnedSah, TreeKind::Halves];
-
 fn bits(hit: Option<Hit>) -> Option<[u32; 6]> {
     hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.instance, h.geometry, h.primitive])
 }
@@ -25,7 +23,7 @@ fn check(build: &dyn Fn(TreeKind) -> Accel, rays: &[Ray]) {
     let expected: Vec<_> = rays.iter().map(|r| accel.intersect_by_trying_all(r, &mut coin)).collect();
     let found = expected.iter().flatten().count();
     assert!(found * 8 > rays.len(), "{found} hits of {} rays test too little", rays.len());
-    for tree in TREES {
+    for tree in TreeKind::ALL {
         for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
             let accel = build(tree).with_isa(isa);
             for (ray, expected) in rays.iter().zip(&expected) {

@@ -21,6 +21,11 @@ pub enum TreeKind {
     Halves,
 }
 
+impl TreeKind {
+    /// All kinds.
+    pub const ALL: [Self; 2] = [Self::BinnedSah, Self::Halves];
+}
+
 /// How to build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {

@@ -4,6 +4,7 @@
 //! so its bits are ordered) in the upper half. Any hit: in the order of the slots, biggest box first.
 #![allow(unsafe_code, reason = "an uninitialised stack; see each SAFETY note")]
 
+use std::marker::PhantomData;
 use std::mem::MaybeUninit;
 
 use math::{Ray, Vec3};
@@ -29,36 +30,57 @@ struct SlabRay<L> {
     pad: L,
 }
 
+#[inline(always)]
+fn splat3<L: Lanes>(v: [f32; 3]) -> [L; 3] {
+    [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
+}
+
+// No closures on lanes here: a closure is a function without the kernel's target features, and what is not inlined
+// into the kernel falls back to calls.
 impl<L: Lanes> SlabRay<L> {
     #[inline(always)]
     fn new(r: &RaySpace) -> Self {
         Self {
-            o: r.o.map(L::splat),
-            o_far: r.o_far.map(L::splat),
-            inv: r.inv.map(L::splat),
+            o: splat3(r.o),
+            o_far: splat3(r.o_far),
+            inv: splat3(r.inv),
             near: r.near,
             pad: L::splat(r.pad),
         }
     }
 
-    /// The boxes met before `t_max`, and where they are entered. The operations of [`RaySpace::slab`].
+    /// Where one axis's near and far planes are met.
     #[inline(always)]
-    fn boxes(&self, planes: [[L; 2]; 3], t_max: f32) -> (u32, L, L) {
-        let near = |i: usize| planes[i][0].sub(self.o[i]).mul(self.inv[i]);
-        let far = |i: usize| planes[i][1].sub(self.o_far[i]).mul(self.inv[i]);
-        let entry = near(0).max(near(1)).max(near(2)).max(L::splat(0.0));
-        let exit = far(0).min(far(1)).min(far(2)).mul(L::splat(EXIT_SCALE)).add(self.pad);
+    fn axis(&self, i: usize, near: L, far: L) -> (L, L) {
+        (near.sub(self.o[i]).mul(self.inv[i]), far.sub(self.o_far[i]).mul(self.inv[i]))
+    }
+
+    /// The boxes met before `t_max`, their entries and exits. The operations of [`RaySpace::slab`].
+    #[inline(always)]
+    fn meet(&self, x: (L, L), y: (L, L), z: (L, L), t_max: f32) -> (u32, L, L) {
+        let entry = x.0.max(y.0).max(z.0).max(L::splat(0.0));
+        let exit = x.1.min(y.1).min(z.1).mul(L::splat(EXIT_SCALE)).add(self.pad);
         (entry.le(exit.min(L::splat(t_max))), entry, exit)
     }
 
     #[inline(always)]
+    fn node_axis(&self, i: usize, node: &Node8) -> (L, L) {
+        let near = self.near[i] & 1;
+        self.axis(i, L::load(&node.planes[i][near]), L::load(&node.planes[i][near ^ 1]))
+    }
+
+    #[inline(always)]
     fn node(&self, node: &Node8, t_max: f32) -> (u32, L) {
-        let planes = std::array::from_fn(|i| {
-            let near = self.near[i] & 1;
-            [L::load(&node.planes[i][near]), L::load(&node.planes[i][near ^ 1])]
-        });
-        let (mask, entry, _) = self.boxes(planes, t_max);
+        let (x, y, z) = (self.node_axis(0, node), self.node_axis(1, node), self.node_axis(2, node));
+        let (mask, entry, _) = self.meet(x, y, z, t_max);
         (mask, entry)
+    }
+
+    #[inline(always)]
+    fn block_axis(&self, i: usize, block: &TriBlock) -> (L, L) {
+        let (a, b, c) = (L::load(&block.v[0][i]), L::load(&block.v[1][i]), L::load(&block.v[2][i]));
+        let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+        if self.near[i] == 0 { self.axis(i, lower, upper) } else { self.axis(i, upper, lower) }
     }
 }
 
@@ -69,6 +91,21 @@ struct Candidates {
     exit: [f32; WIDTH],
 }
 
+/// A corner of all triangles, seen along the ray.
+#[inline(always)]
+fn sheared<L: Lanes>(ray: &RaySpace, corner: &[[f32; WIDTH]; 3]) -> [L; 2] {
+    let [kx, ky, kz] = ray.k;
+    let z = L::load(&corner[kz]).sub(L::splat(ray.o[kz]));
+    let x = L::load(&corner[kx]).sub(L::splat(ray.o[kx])).sub(L::splat(ray.shear[0]).mul(z));
+    let y = L::load(&corner[ky]).sub(L::splat(ray.o[ky])).sub(L::splat(ray.shear[1]).mul(z));
+    [x, y]
+}
+
+#[inline(always)]
+fn cross<L: Lanes>(p: [L; 2], q: [L; 2]) -> L {
+    p[0].mul(q[1]).sub(p[1].mul(q[0]))
+}
+
 /// Lanes whose triangle the ray's line may pass through, and whose box it meets before `t_max`.
 #[inline(always)]
 fn block_candidates<L: Lanes>(
@@ -77,16 +114,8 @@ fn block_candidates<L: Lanes>(
     block: &TriBlock,
     t_max: f32,
 ) -> Option<Candidates> {
-    let [kx, ky, kz] = ray.k;
-    let corner = |v: usize| {
-        let z = L::load(&block.v[v][kz]).sub(L::splat(ray.o[kz]));
-        let shear = |axis: usize, s: f32| {
-            L::load(&block.v[v][axis]).sub(L::splat(ray.o[axis])).sub(L::splat(s).mul(z))
-        };
-        [shear(kx, ray.shear[0]), shear(ky, ray.shear[1])]
-    };
-    let [a, b, c] = [corner(0), corner(1), corner(2)];
-    let cross = |p: [L; 2], q: [L; 2]| p[0].mul(q[1]).sub(p[1].mul(q[0]));
+    let (a, b, c) =
+        (sheared::<L>(ray, &block.v[0]), sheared::<L>(ray, &block.v[1]), sheared::<L>(ray, &block.v[2]));
     let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
     let zero = L::splat(0.0);
     let mask = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
@@ -94,12 +123,8 @@ fn block_candidates<L: Lanes>(
         return None;
     }
 
-    let planes = std::array::from_fn(|i| {
-        let p = |v: usize| L::load(&block.v[v][i]);
-        let (lower, upper) = (p(0).min(p(1)).min(p(2)), p(0).max(p(1)).max(p(2)));
-        if ray.near[i] == 0 { [lower, upper] } else { [upper, lower] }
-    });
-    let (met, entry, exit) = slab.boxes(planes, t_max);
+    let (x, y, z) = (slab.block_axis(0, block), slab.block_axis(1, block), slab.block_axis(2, block));
+    let (met, entry, exit) = slab.meet(x, y, z, t_max);
     let mask = mask & met;
     if mask == 0 {
         return None;
@@ -110,13 +135,18 @@ fn block_candidates<L: Lanes>(
     Some(found)
 }
 
+/// What is done at a leaf. Its method must be `inline(always)`, see above.
+trait AtLeaf {
+    fn visit(&mut self, leaf: ChildRef, best: &mut Best);
+}
+
 /// Visits the leaves that the ray meets, until the tree is exhausted or (`ANY`) something is found.
 #[inline(always)]
 fn leaves<L: Lanes, const ANY: bool>(
     tree: &WideTree,
     slab: &SlabRay<L>,
     best: &mut Best,
-    leaf: &mut impl FnMut(ChildRef, &mut Best),
+    at: &mut impl AtLeaf,
 ) {
     let mut stack = [MaybeUninit::<u64>::uninit(); STACK];
     let mut height = 0;
@@ -142,24 +172,24 @@ fn leaves<L: Lanes, const ANY: bool>(
                         key |= u64::from(distance[lane].to_bits()) << 32;
                     }
                     // Insert: farthest at the bottom.
-                    let mut at = height;
+                    let mut place = height;
                     if !ANY {
-                        while at > base {
+                        while place > base {
                             // SAFETY: entries below `height` were written.
-                            let below = unsafe { stack[at - 1].assume_init() };
+                            let below = unsafe { stack[place - 1].assume_init() };
                             if below >= key {
                                 break;
                             }
-                            stack[at].write(below);
-                            at -= 1;
+                            stack[place].write(below);
+                            place -= 1;
                         }
                     }
-                    stack[at].write(key);
+                    stack[place].write(key);
                     height += 1;
                 }
             }
         } else {
-            leaf(now, best);
+            at.visit(now, best);
             if ANY && best.found {
                 return;
             }
@@ -249,17 +279,30 @@ impl Visit<'_> {
     #[inline(always)]
     fn run<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(&self, best: &mut Best, filter: &mut F) {
         let slab = SlabRay::<L>::new(self.ray);
-        leaves::<L, ANY>(&self.blas.tree, &slab, best, &mut |leaf, best| {
-            if leaf.is_block() {
-                self.block(&slab, &self.blas.blocks[leaf.index()], best, filter);
-                return;
-            }
-            let mixed = self.blas.mixed[leaf.index()];
-            if mixed.block != ChildRef::EMPTY {
-                self.block(&slab, &self.blas.blocks[mixed.block.index()], best, filter);
-            }
-            self.others(mixed.first as usize..(mixed.first + mixed.count) as usize, best, filter);
-        });
+        leaves::<L, ANY>(&self.blas.tree, &slab, best, &mut BlasLeaf { visit: self, slab: &slab, filter });
+    }
+}
+
+/// At the leaves of one structure.
+struct BlasLeaf<'a, L, F> {
+    visit: &'a Visit<'a>,
+    slab: &'a SlabRay<L>,
+    filter: &'a mut F,
+}
+
+impl<L: Lanes, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, L, F> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: ChildRef, best: &mut Best) {
+        let blas = self.visit.blas;
+        if leaf.is_block() {
+            self.visit.block(self.slab, &blas.blocks[leaf.index()], best, self.filter);
+            return;
+        }
+        let mixed = blas.mixed[leaf.index()];
+        if mixed.block != ChildRef::EMPTY {
+            self.visit.block(self.slab, &blas.blocks[mixed.block.index()], best, self.filter);
+        }
+        self.visit.others(mixed.first as usize..(mixed.first + mixed.count) as usize, best, self.filter);
     }
 }
 
@@ -292,20 +335,34 @@ fn instances<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(
     best: &mut Best,
     filter: &mut F,
 ) {
-    let (o, d): (Vec3, Vec3) = (ray.origin.0, ray.dir.0);
-    let Some(outer) = RaySpace::new(o, d, ray.time, &accel.top_bounds) else { return };
+    let Some(outer) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.top_bounds) else { return };
     let slab = SlabRay::<L>::new(&outer);
-    leaves::<L, ANY>(&accel.top, &slab, best, &mut |leaf, best| {
-        let placed = &accel.placed[leaf.index()];
-        let (entry, exit) = outer.slab(&placed.bounds);
+    let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &outer, filter, lanes: PhantomData };
+    leaves::<L, ANY>(&accel.top, &slab, best, &mut at);
+}
+
+/// At the instances.
+struct TopLeaf<'a, L, const ANY: bool, F> {
+    accel: &'a Accel,
+    ray: &'a Ray,
+    outer: &'a RaySpace,
+    filter: &'a mut F,
+    lanes: PhantomData<L>,
+}
+
+impl<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool> AtLeaf for TopLeaf<'_, L, ANY, F> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: ChildRef, best: &mut Best) {
+        let placed = &self.accel.placed[leaf.index()];
+        let (entry, exit) = self.outer.slab(&placed.bounds);
         if !(entry <= exit && entry <= best.t) {
             return;
         }
-        let blas = &accel.objects[placed.object as usize];
-        let (o, d) = placed.to_object(o, d, ray.time);
-        if let Some(local) = RaySpace::new(o, d, ray.time, &blas.bounds) {
+        let blas = &self.accel.objects[placed.object as usize];
+        let (o, d) = placed.to_object(self.ray.origin.0, self.ray.dir.0, self.ray.time);
+        if let Some(local) = RaySpace::new(o, d, self.ray.time, &blas.bounds) {
             let visit = Visit { blas, ray: &local, instance: leaf.index() as u32, entry };
-            visit.run::<L, ANY, F>(best, filter);
+            visit.run::<L, ANY, F>(best, self.filter);
         }
-    });
+    }
 }

@@ -1,0 +1,172 @@
+//! Mrays/s by kind of ray and kernel, and Embree's on the same rays where its library is given.
+//!
+//! ```text
+//! cargo bench -p steradian-accel --bench rays -- [SCENE] [--embree libembree4.so] [--rays N] [--rounds N] [--isa NAME] [--csv FILE]
+//! ```
+//!
+//! `SCENE` is a PLY file, or a folder with `models/*.ply` and a pbrt file whose camera is taken; without it a furnished
+//! room is made up. One thread; rounds alternate between the kernels, and the best of each counts, so that others on
+//! the machine disturb the ratio little. Quote ratios, not figures.
+#![allow(clippy::print_stdout, reason = "a program")]
+
+mod embree;
+mod ply;
+mod workload;
+
+use std::hint::black_box;
+use std::io::Write;
+use std::time::Instant;
+
+use math::Ray;
+use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Isa, Shape, TreeKind, accept_all};
+
+use workload::{RaySet, Scene};
+
+struct Options {
+    scene: Option<String>,
+    embree: Option<String>,
+    csv: Option<String>,
+    isa: Option<Isa>,
+    rays: usize,
+    rounds: usize,
+}
+
+fn options() -> Options {
+    let mut o = Options { scene: None, embree: None, csv: None, isa: None, rays: 1 << 18, rounds: 5 };
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().unwrap_or_default();
+        match arg.as_str() {
+            "--embree" => o.embree = Some(value()),
+            "--csv" => o.csv = Some(value()),
+            "--isa" => o.isa = Isa::from_name(&value()),
+            "--rays" => o.rays = value().parse().expect("a number"),
+            "--rounds" => o.rounds = value().parse().expect("a number"),
+            "--bench" => {}
+            other => o.scene = Some(other.to_owned()),
+        }
+    }
+    o
+}
+
+/// Something that traces.
+trait Tracer {
+    fn name(&self) -> String;
+    /// Rays that hit.
+    fn nearest(&mut self, rays: &[Ray]) -> usize;
+    /// Rays that are blocked.
+    fn any(&mut self, rays: &[Ray]) -> usize;
+}
+
+struct Ours(String, Accel);
+
+impl Tracer for Ours {
+    fn name(&self) -> String {
+        self.0.clone()
+    }
+    fn nearest(&mut self, rays: &[Ray]) -> usize {
+        rays.iter().filter(|r| black_box(self.1.intersect(r, &mut accept_all)).is_some()).count()
+    }
+    fn any(&mut self, rays: &[Ray]) -> usize {
+        rays.iter().filter(|r| self.1.occluded(r, &mut accept_all)).count()
+    }
+}
+
+fn build(scene: &Scene, tree: TreeKind) -> Blas {
+    let geometries: Vec<_> = scene
+        .meshes
+        .iter()
+        .map(|m| Geometry::opaque(Shape::Mesh { positions: &m.positions, indices: &m.indices }))
+        .collect();
+    let n: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
+    let seconds = (0..3)
+        .map(|_| {
+            let start = Instant::now();
+            black_box(Blas::build(&geometries, &BuildOptions { tree }).expect("a proper mesh"));
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min);
+    let blas = Blas::build(&geometries, &BuildOptions { tree }).expect("a proper mesh");
+    let stats = blas.stats();
+    println!(
+        "{tree:?}: {n} triangles in {:.3} s on {} threads ({:.2} Mtri/s), {:.1} bytes each, cost {:.2}, {} nodes, {} blocks, {:.2} per block",
+        seconds,
+        rayon::current_num_threads(),
+        n as f64 / seconds * 1e-6,
+        stats.bytes as f64 / n as f64,
+        stats.sah_cost,
+        stats.nodes,
+        stats.blocks,
+        stats.triangles as f64 / stats.blocks as f64,
+    );
+    blas
+}
+
+fn main() {
+    let options = options();
+    let scene = options.scene.as_deref().map_or_else(workload::furnished_room, workload::load);
+    let name = options.scene.as_deref().unwrap_or("furnished room");
+    println!("{name}");
+
+    let mut tracers: Vec<Box<dyn Tracer>> = Vec::new();
+    let kernels: Vec<Isa> =
+        Isa::ALL.into_iter().filter(|i| i.is_available() && options.isa.is_none_or(|o| o == *i)).collect();
+    for tree in TreeKind::ALL {
+        let blas = build(&scene, tree);
+        for &isa in kernels.iter().filter(|i| **i != Isa::Scalar || options.isa.is_some()) {
+            let accel = Accel::from_static(blas.clone()).with_isa(isa);
+            tracers.push(Box::new(Ours(format!("{tree:?} {}", isa.name()), accel)));
+        }
+    }
+    let reference = Accel::from_static(build(&scene, TreeKind::default()));
+    let sets = workload::rays(&scene, &reference, options.rays);
+    if let Some(path) = &options.embree {
+        for (label, flags) in [("embree", 0), ("embree robust", 4)] {
+            tracers.push(Box::new(embree::Embree::new(path, label, flags, &scene.meshes)));
+        }
+    }
+    report(&options, name, &sets, &mut tracers);
+}
+
+fn report(options: &Options, scene: &str, sets: &[RaySet], tracers: &mut [Box<dyn Tracer>]) {
+    let mut seconds = vec![vec![f64::INFINITY; sets.len()]; tracers.len()];
+    let mut hits = vec![vec![0; sets.len()]; tracers.len()];
+    for _ in 0..options.rounds {
+        for (s, set) in sets.iter().enumerate() {
+            for (t, tracer) in tracers.iter_mut().enumerate() {
+                let start = Instant::now();
+                hits[t][s] = if set.any { tracer.any(&set.rays) } else { tracer.nearest(&set.rays) };
+                seconds[t][s] = seconds[t][s].min(start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    let rate = |t: usize, s: usize| sets[s].rays.len() as f64 / seconds[t][s] * 1e-6;
+    let mut table = String::from("scene,kernel");
+    for set in sets {
+        table += &format!(",{}", set.name);
+    }
+    table.push('\n');
+    for (t, tracer) in tracers.iter().enumerate() {
+        table += &format!("{scene},{}", tracer.name());
+        for s in 0..sets.len() {
+            table += &format!(",{:.2}", rate(t, s));
+        }
+        table.push('\n');
+    }
+    let base: Vec<usize> = (0..tracers.len()).filter(|&t| tracers[t].name().starts_with("embree")).collect();
+    for t in 0..tracers.len() {
+        for &b in base.iter().filter(|&&b| b != t) {
+            table += &format!("{scene},{} / {}", tracers[t].name(), tracers[b].name());
+            for s in 0..sets.len() {
+                table += &format!(",{:.3}", rate(t, s) / rate(b, s));
+            }
+            table.push('\n');
+        }
+    }
+    println!("{table}hits per set: {:?}", hits);
+    if let Some(path) = &options.csv {
+        let mut file =
+            std::fs::OpenOptions::new().create(true).append(true).open(path).expect("a writable file");
+        file.write_all(table.as_bytes()).expect("a writable file");
+    }
+}
