@@ -126,6 +126,7 @@ impl fmt::Display for Severity {
 #[derive(Clone, Debug, Default)]
 pub struct Sink {
     list: Vec<Diagnostic>,
+    sources: SourceMap,
 }
 
 impl Sink {
@@ -142,6 +143,23 @@ impl Sink {
     /// Takes over what another sink collected.
     pub fn append(&mut self, other: Self) {
         self.list.extend(other.list);
+    }
+
+    /// The files that the diagnostics' spans refer to, also when no scene came of them.
+    #[must_use]
+    pub fn sources(&self) -> &SourceMap {
+        &self.sources
+    }
+
+    /// Registers a file that spans will refer to.
+    pub fn add_source(&mut self, path: &Path) -> FileId {
+        self.sources.add(path)
+    }
+
+    /// Everything so far as text, one message a line (and its hint on the next).
+    #[must_use]
+    pub fn render(&self) -> String {
+        self.list.iter().map(|d| d.render(&self.sources) + "\n").collect()
     }
 
     /// Everything so far, in the order of reporting.

@@ -1,0 +1,77 @@
+//! Which reader a file goes to: by its extension, else by how it begins.
+
+use std::path::Path;
+
+use scene_desc::{SceneDesc, Sink, Span};
+
+use crate::pbrt;
+
+/// What a file seems to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Pbrt,
+    Mitsuba,
+    Gltf,
+    Unknown,
+}
+
+/// Reads a scene file and all that it refers to. `None` if there was an error; then `sink` says which.
+/// The files that the diagnostics' spans name are in [`Sink::sources`].
+pub fn load(path: &Path, sink: &mut Sink) -> Option<SceneDesc> {
+    match format_of(path) {
+        Format::Pbrt => pbrt::load(path, sink),
+        Format::Mitsuba => not_there_yet(path, "Mitsuba XML", sink),
+        Format::Gltf => not_there_yet(path, "glTF", sink),
+        Format::Unknown => {
+            let span = Span::file(sink.add_source(path));
+            let message = match std::fs::metadata(path) {
+                Ok(_) => "not a scene file that is known".to_owned(),
+                Err(e) => format!("cannot be read: {e}"),
+            };
+            sink.error(span, message).hint("pbrt-v4 scenes end in .pbrt or .pbrt.gz");
+            None
+        }
+    }
+}
+
+fn not_there_yet(path: &Path, what: &str, sink: &mut Sink) -> Option<SceneDesc> {
+    let span = Span::file(sink.add_source(path));
+    sink.error(span, format!("the reader for {what} is not there yet"))
+        .hint("pbrt-v4 scenes (.pbrt, .pbrt.gz) can be read");
+    None
+}
+
+fn format_of(path: &Path) -> Format {
+    let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ends = |ends: &[&str]| ends.iter().any(|e| name.ends_with(e));
+    if ends(&[".pbrt", ".pbrt.gz"]) {
+        Format::Pbrt
+    } else if ends(&[".xml"]) {
+        Format::Mitsuba
+    } else if ends(&[".gltf", ".glb"]) {
+        Format::Gltf
+    } else {
+        by_content(path)
+    }
+}
+
+fn by_content(path: &Path) -> Format {
+    let mut head = Vec::new();
+    let is_file = std::fs::metadata(path).is_ok_and(|m| m.is_file());
+    if let (true, Ok(file)) = (is_file, std::fs::File::open(path)) {
+        use std::io::Read;
+        // What cannot be read stays empty, which is no format.
+        let _ = file.take(1 << 16).read_to_end(&mut head);
+    }
+    let text = String::from_utf8_lossy(&head);
+    let text = text.trim_start();
+    if text.starts_with("glTF") || (text.starts_with('{') && text.contains("\"asset\"")) {
+        Format::Gltf
+    } else if text.starts_with('<') {
+        Format::Mitsuba
+    } else if text.contains("WorldBegin") {
+        Format::Pbrt
+    } else {
+        Format::Unknown
+    }
+}

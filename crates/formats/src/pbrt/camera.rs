@@ -1,0 +1,138 @@
+//! `Camera`: perspective, orthographic, spherical; realistic as a perspective stand-in.
+
+use math::trig;
+use scene_desc::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
+
+use super::build::Build;
+use super::params::{Params, Type};
+use super::state::{Entity, PlacedEntity};
+use crate::suggest;
+
+const NAMES: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
+
+impl Build<'_, '_> {
+    pub(super) fn camera(&mut self, camera: Option<&PlacedEntity>, film: Option<&Entity>) {
+        let Some(PlacedEntity { entity, medium }) = camera else { return };
+        let (p, span) = (&entity.params, entity.span);
+        let kind = match entity.kind.as_str() {
+            "perspective" => self.perspective(p),
+            "orthographic" => {
+                let (lens_radius, focal_distance) = self.lens(p);
+                CameraKind::Orthographic { lens_radius, focal_distance }
+            }
+            "spherical" => self.spherical(p),
+            "realistic" => self.realistic(entity, film),
+            "environment" => {
+                super::parser::old_syntax(self.report, span, "camera \"environment\"", "\"spherical\"");
+                return;
+            }
+            name => {
+                let hint = suggest::hint(name, &NAMES);
+                self.report.error(span, format!("unknown camera \"{name}\"")).hint(hint);
+                return;
+            }
+        };
+        let shutter_open = p.float("shutteropen", 0.0, self.report);
+        let shutter_close = p.float("shutterclose", 1.0, self.report);
+        if shutter_close <= shutter_open {
+            let at = p.span_of("shutterclose").or(p.span_of("shutteropen")).unwrap_or(span);
+            let message =
+                format!("the shutter closes at {shutter_close}, not after it opens at {shutter_open}");
+            self.report.error(at, message).hint("\"shutterclose\" must be above \"shutteropen\"");
+        }
+        let frame_aspect_ratio = p.float_opt("frameaspectratio", self.report);
+        if let Some(bad) = frame_aspect_ratio.filter(|a| *a <= 0.0) {
+            let at = p.span_of("frameaspectratio").unwrap_or(span);
+            self.report.error(at, format!("\"frameaspectratio\" is {bad}")).hint("it must be above 0");
+        }
+        let screen_window = p.four_floats("screenwindow", self.report);
+        if let Some([x0, x1, y0, y1]) = screen_window.filter(|w| w[0] == w[1] || w[2] == w[3]) {
+            let at = p.span_of("screenwindow").unwrap_or(span);
+            let message = format!("\"screenwindow\" [ {x0} {x1} {y0} {y1} ] is empty");
+            self.report.error(at, message).hint("expected x0 x1 y0 y1");
+        }
+        p.report_unused(&format!("camera \"{}\"", entity.kind), self.report);
+        let medium = self.medium(medium);
+        self.scene.camera = CameraDesc {
+            kind,
+            world_from_camera: entity.ctm.inverse().animated(),
+            shutter_open,
+            shutter_close,
+            screen_window,
+            frame_aspect_ratio,
+            medium,
+            span,
+        };
+    }
+
+    fn perspective(&mut self, p: &Params) -> CameraKind {
+        let (lens_radius, focal_distance) = self.lens(p);
+        let mut fov = p.float("fov", 90.0, self.report);
+        if let Some(half) = p.float_opt("halffov", self.report).filter(|h| *h > 0.0) {
+            fov = 2.0 * half;
+        }
+        if !(fov > 0.0 && fov < 180.0) {
+            let at = p.span_of("fov").or(p.span_of("halffov")).unwrap_or_default();
+            self.report.error(at, format!("a field of view of {fov} degrees")).hint("expected 0 to 180");
+            fov = 90.0;
+        }
+        CameraKind::Perspective { fov, lens_radius, focal_distance, aperture: ApertureDesc::Disk }
+    }
+
+    /// Lens radius and distance of focus.
+    fn lens(&mut self, p: &Params) -> (f32, f32) {
+        let radius = p.float("lensradius", 0.0, self.report);
+        let distance = p.float("focaldistance", 1e6, self.report);
+        if radius < 0.0 {
+            let at = p.span_of("lensradius").unwrap_or_default();
+            self.report.error(at, format!("\"lensradius\" is {radius}")).hint("it must not be negative");
+        }
+        if distance <= 0.0 {
+            let at = p.span_of("focaldistance").unwrap_or_default();
+            self.report.error(at, format!("\"focaldistance\" is {distance}")).hint("it must be above 0");
+        }
+        (radius, distance)
+    }
+
+    fn spherical(&mut self, p: &Params) -> CameraKind {
+        // pbrt reads a lens here and does not use it.
+        p.accept(&[("lensradius", Type::Float), ("focaldistance", Type::Float)]);
+        let mapping = match p.string_opt("mapping", self.report) {
+            None => SphericalMapping::EqualArea,
+            Some((name, span)) => match name.as_str() {
+                "equalarea" => SphericalMapping::EqualArea,
+                "equirectangular" => SphericalMapping::EquiRectangular,
+                _ => {
+                    let hint = suggest::hint(&name, &["equalarea", "equirectangular"]);
+                    self.report.error(span, format!("unknown mapping \"{name}\"")).hint(hint);
+                    SphericalMapping::EqualArea
+                }
+            },
+        };
+        CameraKind::Spherical { mapping }
+    }
+
+    /// A perspective camera with a 50 mm lens before the film of the given diagonal.
+    fn realistic(&mut self, entity: &Entity, film: Option<&Entity>) -> CameraKind {
+        const FOCAL_MM: f32 = 50.0;
+        let p = &entity.params;
+        p.accept(&[
+            ("lensfile", Type::String),
+            ("aperturediameter", Type::Float),
+            ("focusdistance", Type::Float),
+            ("aperture", Type::String),
+        ]);
+        let size = |name, default: i32, report: &mut crate::report::Report<'_>| {
+            film.and_then(|f| f.params.integer_opt(name, report)).map_or(default, |v| v.0).max(1) as f32
+        };
+        let (x, y) = (size("xresolution", 1280, self.report), size("yresolution", 720, self.report));
+        let diagonal = film.map_or(35.0, |f| f.params.float("diagonal", 35.0, self.report));
+        let shorter = diagonal * x.min(y) / (x * x + y * y).sqrt();
+        let fov = 2.0 * trig::atan(shorter / (2.0 * FOCAL_MM)).to_degrees();
+        self.report
+            .warning(entity.span, "realistic cameras are not supported yet")
+            .hint(format!("a pinhole stands in, with the {fov:.1} degrees of a 50 mm lens"));
+        let fov = if fov > 0.0 { fov } else { 45.0 };
+        CameraKind::Perspective { fov, lens_radius: 0.0, focal_distance: 1e6, aperture: ApertureDesc::Disk }
+    }
+}

@@ -1,0 +1,182 @@
+//! `LightSource` and `AreaLightSource`.
+
+use math::Vec3;
+use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind};
+
+use super::build::Build;
+use super::params::{Params, Type};
+use super::state::{Entity, PlacedEntity};
+use crate::suggest;
+
+const NAMES: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projection", "spot"];
+
+impl Build<'_, '_> {
+    pub(super) fn lights(&mut self, lights: &[PlacedEntity]) {
+        for PlacedEntity { entity, medium } in lights {
+            let Some(kind) = self.light_kind(entity) else { continue };
+            entity.params.report_unused(&format!("light \"{}\"", entity.kind), self.report);
+            let world_from_light = self.fixed(&entity.ctm, "a light", entity.span);
+            let medium = self.medium(medium);
+            self.scene.lights.push(LightDesc { kind, world_from_light, medium, span: entity.span });
+        }
+    }
+
+    fn light_kind(&mut self, entity: &Entity) -> Option<LightKind> {
+        let p = &entity.params;
+        Some(match entity.kind.as_str() {
+            "point" => LightKind::Point {
+                intensity: self.illuminant(p, "I"),
+                from: p.vec3("from", Type::Point3, Vec3::ZERO, self.report),
+                power: self.positive(p, "power"),
+            },
+            "spot" => self.spot(entity),
+            "distant" => {
+                let (from, to) = self.from_to(entity);
+                let radiance = self.illuminant(p, "L");
+                LightKind::Distant { radiance, from, to, illuminance: self.positive(p, "illuminance") }
+            }
+            "goniometric" => {
+                if p.span_of("filename").is_none() {
+                    self.report
+                        .warning(entity.span, "light \"goniometric\" has no \"filename\"")
+                        .hint("it shines alike in all directions");
+                }
+                LightKind::Goniometric {
+                    intensity: self.illuminant(p, "I"),
+                    image: self.image_param(p, "filename", ImageEncoding::Auto),
+                    power: self.positive(p, "power"),
+                }
+            }
+            "projection" => return self.projection(entity),
+            "infinite" => return self.infinite(entity),
+            name => {
+                let message = format!("unknown light \"{name}\"");
+                return self.refuse(entity.span, message, suggest::hint(name, &NAMES));
+            }
+        })
+    }
+
+    /// A value that counts only above 0, as pbrt has it.
+    fn positive(&mut self, p: &Params, name: &'static str) -> Option<f32> {
+        p.float_opt(name, self.report).filter(|x| *x > 0.0)
+    }
+
+    fn from_to(&mut self, entity: &Entity) -> (Vec3, Vec3) {
+        let p = &entity.params;
+        let from = p.vec3("from", Type::Point3, Vec3::ZERO, self.report);
+        let to = p.vec3("to", Type::Point3, Vec3::Z, self.report);
+        if from == to {
+            let at = p.span_of("to").or(p.span_of("from")).unwrap_or(entity.span);
+            let message = format!("light \"{}\" shines from a point to itself", entity.kind);
+            self.report.error(at, message).hint("\"from\" and \"to\" must differ");
+        }
+        (from, to)
+    }
+
+    fn spot(&mut self, entity: &Entity) -> LightKind {
+        let p = &entity.params;
+        let (from, to) = self.from_to(entity);
+        let cone_angle = p.float("coneangle", 30.0, self.report);
+        let cone_delta = p.float("conedeltaangle", 5.0, self.report);
+        if !(cone_angle > 0.0 && cone_angle <= 180.0) {
+            let at = p.span_of("coneangle").unwrap_or(entity.span);
+            self.report.error(at, format!("\"coneangle\" is {cone_angle}")).hint("expected 0 to 180 degrees");
+        }
+        if !(cone_delta >= 0.0 && cone_delta <= cone_angle) {
+            let at = p.span_of("conedeltaangle").or(p.span_of("coneangle")).unwrap_or(entity.span);
+            self.report
+                .error(at, format!("\"conedeltaangle\" is {cone_delta}"))
+                .hint(format!("expected 0 to {cone_angle}, the cone's own angle"));
+        }
+        let intensity = self.illuminant(p, "I");
+        LightKind::Spot { intensity, from, to, cone_angle, cone_delta, power: self.positive(p, "power") }
+    }
+
+    fn projection(&mut self, entity: &Entity) -> Option<LightKind> {
+        let p = &entity.params;
+        let scale = p.float("scale", 1.0, self.report);
+        let power = self.positive(p, "power");
+        let fov = p.float("fov", 90.0, self.report);
+        if !(fov > 0.0 && fov < 180.0) {
+            let at = p.span_of("fov").unwrap_or(entity.span);
+            self.report.error(at, format!("a field of view of {fov} degrees")).hint("expected 0 to 180");
+        }
+        if p.span_of("filename").is_none() {
+            let hint = "add \"string filename\" \"…\"";
+            return self.refuse(entity.span, "light \"projection\" has no \"filename\"", hint);
+        }
+        let image = self.image_param(p, "filename", ImageEncoding::Auto)?;
+        Some(LightKind::Projection { image, fov, scale, power })
+    }
+
+    fn infinite(&mut self, entity: &Entity) -> Option<LightKind> {
+        let p = &entity.params;
+        if let Some(span) = p.span_of("mapname") {
+            super::parser::old_syntax(self.report, span, "\"mapname\"", "\"filename\"");
+            return None;
+        }
+        let illuminance = self.positive(p, "illuminance");
+        let corners = p.vec3s("portal", Type::Point3);
+        let at = p.span_of("portal").unwrap_or(entity.span);
+        let portal = if corners.is_empty() {
+            None
+        } else if let Ok(four) = <[Vec3; 4]>::try_from(corners.as_slice()) {
+            Some(four)
+        } else {
+            return self.refuse(at, format!("\"portal\" has {} corners", corners.len()), "it takes four");
+        };
+        let has_color = p.span_of("L").is_some();
+        if p.string_opt("filename", self.report).is_none_or(|f| f.0.is_empty()) {
+            if portal.is_some() {
+                self.report
+                    .warning(at, "a portal for light without an image is not supported")
+                    .hint("the light comes from everywhere, not only through the portal");
+            }
+            let radiance = self.illuminant(p, "L");
+            return Some(LightKind::InfiniteConstant { radiance, illuminance });
+        }
+        if has_color {
+            let at = p.span_of("L").unwrap_or(entity.span);
+            let message = "light \"infinite\" has both \"L\" and \"filename\"";
+            return self.refuse(at, message, "give one of them; \"scale\" changes the image's size");
+        }
+        let scale = p.float("scale", 1.0, self.report);
+        let image = self.image_param(p, "filename", ImageEncoding::Auto)?;
+        Some(LightKind::InfiniteImage { image, scale, illuminance, portal })
+    }
+
+    /// Builds all area lights; `None` where one could not be made.
+    pub(super) fn area_lights(&mut self, lights: &[Entity]) -> Vec<Option<AreaLightDesc>> {
+        lights.iter().map(|entity| self.area_light(entity)).collect()
+    }
+
+    fn area_light(&mut self, entity: &Entity) -> Option<AreaLightDesc> {
+        let p = &entity.params;
+        match entity.kind.as_str() {
+            "diffuse" => {}
+            "" => return None,
+            "area" => {
+                super::parser::old_syntax(self.report, entity.span, "area light \"area\"", "\"diffuse\"");
+                return None;
+            }
+            name => {
+                let message = format!("unknown area light \"{name}\"");
+                return self.refuse(entity.span, message, suggest::hint(name, &["diffuse"]));
+            }
+        }
+        let file = p.string_opt("filename", self.report).filter(|f| !f.0.is_empty());
+        if let (Some(at), Some(_)) = (p.span_of("L"), &file) {
+            let message = "area light \"diffuse\" has both \"L\" and \"filename\"";
+            return self.refuse(at, message, "give one of them; \"scale\" changes the image's size");
+        }
+        let image = match file {
+            Some((name, span)) => Some(self.image(&name, span, ImageEncoding::Auto)?),
+            None => None,
+        };
+        let radiance = self.illuminant(p, "L");
+        let two_sided = p.boolean("twosided", false, self.report);
+        let power = self.positive(p, "power");
+        p.report_unused("area light \"diffuse\"", self.report);
+        Some(AreaLightDesc { radiance, image, two_sided, power, span: entity.span })
+    }
+}

@@ -1,0 +1,130 @@
+//! Files that a scene refers to: images (looked for and hashed, not decoded) and PLY meshes (read in parallel).
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use scene_desc::{ColorSpaceName, ImageDesc, ImageEncoding, ImageId, Span};
+
+use super::build::Build;
+use super::params::Params;
+use super::state::ShapeEntity;
+use crate::mesh::ply::{self, Ply};
+use crate::source;
+
+/// An encoding that can be compared: the same file with the same encoding is one image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum EncodingKey {
+    Auto,
+    Srgb,
+    Linear,
+    Gamma(u32),
+}
+
+impl From<ImageEncoding> for EncodingKey {
+    fn from(encoding: ImageEncoding) -> Self {
+        match encoding {
+            ImageEncoding::Auto => Self::Auto,
+            ImageEncoding::Srgb => Self::Srgb,
+            ImageEncoding::Linear => Self::Linear,
+            ImageEncoding::Gamma(g) => Self::Gamma(g.to_bits()),
+        }
+    }
+}
+
+impl Build<'_, '_> {
+    /// The path that a file name in the scene means.
+    pub(super) fn resolve(&self, name: &str) -> PathBuf {
+        self.base.join(name)
+    }
+
+    /// The image in a file; a file that is not there is an error at `span`.
+    pub(super) fn image(&mut self, name: &str, span: Span, encoding: ImageEncoding) -> Option<ImageId> {
+        let path = self.resolve(name);
+        let key = (path.clone(), encoding.into());
+        if let Some(id) = self.images.get(&key) {
+            return Some(*id);
+        }
+        if let Err(e) = readable(&path) {
+            if self.report.first(&format!("image {}", path.display())) {
+                self.report
+                    .error(span, format!("image {} cannot be read: {e}", path.display()))
+                    .hint("paths are relative to the main scene file's folder");
+            }
+            return None;
+        }
+        let id = ImageId(u32::try_from(self.scene.images.len()).unwrap_or(u32::MAX));
+        self.scene.images.push(ImageDesc { path, encoding, space: ColorSpaceName::Srgb, span });
+        self.images.insert(key, id);
+        Some(id)
+    }
+
+    /// The image that a string parameter names.
+    pub(super) fn image_param(
+        &mut self,
+        p: &Params,
+        name: &'static str,
+        encoding: ImageEncoding,
+    ) -> Option<ImageId> {
+        let (file, span) = p.string_opt(name, self.report).filter(|(file, _)| !file.is_empty())?;
+        self.image(&file, span, encoding)
+    }
+
+    /// Adds the hashes of all images to the scene's.
+    pub(super) fn hash_images(&mut self) {
+        let hashes: Vec<_> = self.scene.images.par_iter().map(|i| source::hash(&i.path)).collect();
+        for (image, hash) in self.scene.images.iter().zip(hashes) {
+            match hash {
+                Ok(hash) => self.hashes.push(hash),
+                Err(e) => {
+                    self.report
+                        .error(image.span, format!("image {} cannot be read: {e}", image.path.display()))
+                        .hint("it was there a moment ago");
+                }
+            }
+        }
+    }
+
+    /// Reads every PLY file that shapes name, once and in parallel.
+    pub(super) fn load_plys(&mut self, shapes: &[ShapeEntity]) -> HashMap<PathBuf, Option<Ply>> {
+        let mut files: Vec<(PathBuf, Span)> = Vec::new();
+        let mut seen = std::collections::HashSet::new();
+        for shape in shapes.iter().filter(|s| s.entity.kind == "plymesh") {
+            let Some((name, span)) = shape.entity.params.string_opt("filename", self.report) else {
+                continue;
+            };
+            let path = self.resolve(&name);
+            if seen.insert(path.clone()) {
+                files.push((path, span));
+            }
+        }
+        let loaded: Vec<_> = files.par_iter().map(|(path, _)| ply::load(path)).collect();
+        let mut plys = HashMap::new();
+        for ((path, span), ply) in files.into_iter().zip(loaded) {
+            match ply {
+                Ok(ply) => {
+                    self.hashes.push(ply.hash);
+                    for remark in &ply.remarks {
+                        self.report
+                            .warning(span, format!("{}: {}", path.display(), remark.what))
+                            .hint(remark.instead);
+                    }
+                    plys.insert(path, Some(ply));
+                }
+                Err(e) => {
+                    self.report.error(span, format!("{}: {}", path.display(), e.message)).hint(e.hint);
+                    plys.insert(path, None);
+                }
+            }
+        }
+        plys
+    }
+}
+
+fn readable(path: &Path) -> Result<(), String> {
+    match std::fs::metadata(path) {
+        Ok(m) if m.is_file() => std::fs::File::open(path).map(drop).map_err(|e| e.to_string()),
+        Ok(_) => Err("not a regular file".into()),
+        Err(e) => Err(e.to_string()),
+    }
+}

@@ -1,0 +1,289 @@
+//! `Shape`: trianglemesh, plymesh, bilinearmesh, loopsubdiv, sphere, disk, cylinder (curves have their own file).
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use math::Vec3;
+use scene_desc::{
+    AreaLightDesc, BilinearMesh, FloatInput, Geometry, LoopSubdiv, MaterialId, MaterialKind, MeshDesc,
+    ShapeDesc, Span,
+};
+
+use super::build::Build;
+use super::params::{Params, Type};
+use super::state::{Entity, MaterialRef, ShapeEntity};
+use crate::mesh::ply::Ply;
+use crate::suggest;
+
+const NAMES: [&str; 8] =
+    ["bilinearmesh", "curve", "cylinder", "disk", "loopsubdiv", "plymesh", "sphere", "trianglemesh"];
+
+/// Levels of subdivision: each has four times the triangles of the one before.
+const MOST_LEVELS: u32 = 10;
+
+impl Build<'_, '_> {
+    pub(super) fn shapes(
+        &mut self,
+        shapes: Vec<ShapeEntity>,
+        unnamed: &[MaterialId],
+        area_lights: &[Option<AreaLightDesc>],
+    ) {
+        let plys = self.load_plys(&shapes);
+        for mut shape in shapes {
+            let alpha = self.alpha(&shape.entity.params);
+            let geometry = self.geometry(&mut shape.entity, &plys);
+            let Some(geometry) = geometry else { continue };
+            shape.entity.params.report_unused(&format!("shape \"{}\"", shape.entity.kind), self.report);
+            let Some(material) = self.shape_material(&shape.material, unnamed) else { continue };
+            let area_light = self.shape_light(&shape, material, area_lights);
+            let medium_interface = self.medium_interface(&shape.inside, &shape.outside);
+            let world_from_object = if area_light.is_some() {
+                self.fixed(&shape.entity.ctm, "a shape that emits", shape.entity.span)
+            } else {
+                shape.entity.ctm.animated()
+            };
+            for geometry in geometry {
+                let desc = ShapeDesc {
+                    geometry,
+                    world_from_object,
+                    reverse_orientation: shape.reverse_orientation,
+                    material,
+                    alpha: alpha.clone(),
+                    area_light: area_light.clone(),
+                    medium_interface,
+                    span: shape.entity.span,
+                };
+                self.add_shape(desc, shape.object);
+            }
+        }
+    }
+
+    fn add_shape(&mut self, desc: ShapeDesc, object: Option<usize>) {
+        match object.and_then(|o| self.scene.objects.get_mut(o)) {
+            Some(object) => object.shapes.push(desc),
+            None => self.scene.shapes.push(desc),
+        }
+    }
+
+    fn alpha(&mut self, p: &Params) -> Option<FloatInput> {
+        self.float_input(p, "alpha").filter(|a| *a != FloatInput::Constant(1.0))
+    }
+
+    fn shape_material(&mut self, material: &MaterialRef, unnamed: &[MaterialId]) -> Option<MaterialId> {
+        match material {
+            MaterialRef::Default => Some(MaterialId(0)),
+            MaterialRef::Unnamed(i) => unnamed.get(*i).copied(),
+            MaterialRef::Named(named) => {
+                let found = self.named_materials.get(&named.name).copied();
+                if found.is_none() {
+                    let known: Vec<_> = self.named_materials.keys().cloned().collect();
+                    self.unknown("named material", &named.name, named.span, known.iter());
+                }
+                found
+            }
+        }
+    }
+
+    /// The shape's emission, where pbrt lets it emit.
+    fn shape_light(
+        &mut self,
+        shape: &ShapeEntity,
+        material: MaterialId,
+        area_lights: &[Option<AreaLightDesc>],
+    ) -> Option<AreaLightDesc> {
+        let light = area_lights.get(shape.area_light?)?.clone()?;
+        let ignored = if shape.object.is_some() {
+            "a shape in an object cannot emit"
+        } else if self.scene.materials[material.index()].kind == MaterialKind::Interface {
+            "a shape of material \"interface\" cannot emit"
+        } else if shape.entity.kind == "curve" {
+            "a curve cannot emit"
+        } else {
+            return Some(light);
+        };
+        self.report.warning(shape.entity.span, ignored).hint("its area light is ignored");
+        None
+    }
+
+    /// Most shapes are one form; a PLY file of triangles and quadrilaterals is two.
+    fn geometry(
+        &mut self,
+        entity: &mut Entity,
+        plys: &HashMap<PathBuf, Option<Ply>>,
+    ) -> Option<Vec<Geometry>> {
+        let geometry = match entity.kind.as_str() {
+            "trianglemesh" => self.triangle_mesh(entity)?,
+            "bilinearmesh" => self.bilinear_mesh(entity)?,
+            "loopsubdiv" => self.loop_subdiv(entity)?,
+            "plymesh" => return self.ply_mesh(entity, plys),
+            "sphere" => self.sphere(&entity.params, entity.span)?,
+            "disk" => self.disk(&entity.params, entity.span)?,
+            "cylinder" => self.cylinder(&entity.params, entity.span)?,
+            "curve" => self.curve(entity)?,
+            "cone" | "paraboloid" | "hyperboloid" | "heightfield" | "nurbs" => {
+                let what = format!("shape \"{}\"", entity.kind);
+                super::parser::old_syntax(self.report, entity.span, &what, "no such shape: use a mesh");
+                return None;
+            }
+            name => {
+                let hint = suggest::hint(name, &NAMES);
+                return self.refuse(entity.span, format!("unknown shape \"{name}\""), hint);
+            }
+        };
+        Some(vec![geometry])
+    }
+
+    fn triangle_mesh(&mut self, entity: &mut Entity) -> Option<Geometry> {
+        let positions = self.positions(entity)?;
+        let indices = self.indices::<3>(entity, positions.len())?;
+        let p = &entity.params;
+        p.accept(&[("faceIndices", Type::Integer)]);
+        let n = positions.len();
+        let uvs = p.vec2s("uv");
+        let normals = p.vec3s("N", Type::Normal);
+        let tangents = p.vec3s("S", Type::Vector3);
+        for (name, len) in [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())] {
+            self.per_vertex(entity, name, len, n)?;
+        }
+        Some(Geometry::Mesh(Arc::new(MeshDesc { positions, normals, tangents, uvs, indices })))
+    }
+
+    fn bilinear_mesh(&mut self, entity: &mut Entity) -> Option<Geometry> {
+        let positions = self.positions(entity)?;
+        let indices = self.indices::<4>(entity, positions.len())?;
+        let p = &entity.params;
+        p.accept(&[("faceIndices", Type::Integer)]);
+        if let Some((_, span)) = p.string_opt("emissionfilename", self.report) {
+            self.report
+                .warning(span, "\"emissionfilename\" is not supported")
+                .hint("it is ignored: it guides pbrt's sampling and changes no picture");
+        }
+        let uvs = p.vec2s("uv");
+        let normals = p.vec3s("N", Type::Normal);
+        for (name, len) in [("uv", uvs.len()), ("N", normals.len())] {
+            self.per_vertex(entity, name, len, positions.len())?;
+        }
+        Some(Geometry::BilinearMesh(Arc::new(BilinearMesh { positions, normals, uvs, indices })))
+    }
+
+    fn loop_subdiv(&mut self, entity: &mut Entity) -> Option<Geometry> {
+        entity.params.accept(&[("scheme", Type::String)]);
+        let levels = entity.params.count("levels", 3, 0..=MOST_LEVELS, self.report);
+        let positions = self.positions(entity)?;
+        let indices = self.indices::<3>(entity, positions.len())?;
+        Some(Geometry::LoopSubdiv(Arc::new(LoopSubdiv { positions, indices, levels })))
+    }
+
+    fn positions(&mut self, entity: &Entity) -> Option<Vec<Vec3>> {
+        let positions = entity.params.vec3s("P", Type::Point3);
+        if positions.is_empty() {
+            if let Some(at) = entity.params.span_of("P") {
+                return self.refuse(at, "\"P\" is of the wrong type", "it takes \"point3\"");
+            }
+            let message = format!("shape \"{}\" has no vertices", entity.kind);
+            return self.refuse(entity.span, message, "add \"point3 P\" [ … ]");
+        }
+        Some(positions)
+    }
+
+    /// Corners of faces, all below `n_vertices`.
+    fn indices<const N: usize>(&mut self, entity: &mut Entity, n_vertices: usize) -> Option<Vec<[u32; N]>> {
+        let Some((raw, span)) = entity.params.take_integers("indices") else {
+            if n_vertices == N {
+                return Some(vec![std::array::from_fn(|i| i as u32)]);
+            }
+            let message = format!("shape \"{}\" has no indices", entity.kind);
+            return self.refuse(entity.span, message, "add \"integer indices\" [ … ]");
+        };
+        if raw.len() % N != 0 {
+            let message = format!("{} indices do not make faces of {N} corners", raw.len());
+            return self.refuse(span, message, format!("expected a multiple of {N}"));
+        }
+        let out_of_range = |i: &i32| usize::try_from(*i).map_or(true, |i| i >= n_vertices);
+        if let Some(at) = raw.iter().position(out_of_range) {
+            let message = format!("index {} (number {}) is out of range", raw[at], at + 1);
+            return self.refuse(
+                span,
+                message,
+                format!("there are {n_vertices} vertices: 0 to {}", n_vertices - 1),
+            );
+        }
+        Some(raw.chunks_exact(N).map(|c| std::array::from_fn(|i| c[i] as u32)).collect())
+    }
+
+    /// Per-vertex values are as many as vertices, or none.
+    fn per_vertex(&mut self, entity: &Entity, name: &str, len: usize, n: usize) -> Option<()> {
+        if len == 0 || len == n {
+            return Some(());
+        }
+        let at = entity.params.span_of(name).unwrap_or(entity.span);
+        self.refuse(at, format!("\"{name}\" has {len} items for {n} vertices"), format!("expected {n}"))
+    }
+
+    fn ply_mesh(&mut self, entity: &Entity, plys: &HashMap<PathBuf, Option<Ply>>) -> Option<Vec<Geometry>> {
+        let p = &entity.params;
+        let Some((name, _)) = p.string_opt("filename", self.report) else {
+            let hint = "add \"string filename\" \"…\"";
+            return self.refuse(entity.span, "shape \"plymesh\" has no \"filename\"", hint);
+        };
+        p.accept(&[("displacement.edgelength", Type::Float), ("edgelength", Type::Float)]);
+        if let Some(displacement) = p.find("displacement", &[Type::Texture]) {
+            self.report
+                .warning(displacement.span, "displacement of meshes is not supported")
+                .hint("the mesh is rendered as it is in its file");
+        }
+        let ply = plys.get(&self.resolve(&name))?.as_ref()?;
+        let mesh = ply.mesh.clone().map(Geometry::Mesh);
+        let patches = ply.patches.clone().map(Geometry::BilinearMesh);
+        Some(mesh.into_iter().chain(patches).collect())
+    }
+
+    fn sphere(&mut self, p: &Params, span: Span) -> Option<Geometry> {
+        let radius = self.radius(p, span)?;
+        let (a, b) = (p.float("zmin", -radius, self.report), p.float("zmax", radius, self.report));
+        let cut = |z: f32| z.clamp(-radius, radius);
+        let phi_max = self.phi_max(p, span);
+        Some(Geometry::Sphere { radius, z_min: cut(a.min(b)), z_max: cut(a.max(b)), phi_max })
+    }
+
+    fn disk(&mut self, p: &Params, span: Span) -> Option<Geometry> {
+        let height = p.float("height", 0.0, self.report);
+        let radius = self.radius(p, span)?;
+        let inner_radius = p.float("innerradius", 0.0, self.report);
+        if !(0.0..radius).contains(&inner_radius) {
+            let at = p.span_of("innerradius").unwrap_or(span);
+            let message = format!("\"innerradius\" is {inner_radius}");
+            return self.refuse(at, message, format!("expected 0 to the radius, {radius}"));
+        }
+        Some(Geometry::Disk { height, radius, inner_radius, phi_max: self.phi_max(p, span) })
+    }
+
+    fn cylinder(&mut self, p: &Params, span: Span) -> Option<Geometry> {
+        let radius = self.radius(p, span)?;
+        let (a, b) = (p.float("zmin", -1.0, self.report), p.float("zmax", 1.0, self.report));
+        if a == b {
+            let at = p.span_of("zmax").or(p.span_of("zmin")).unwrap_or(span);
+            return self.refuse(at, "a cylinder without height", "\"zmin\" and \"zmax\" must differ");
+        }
+        Some(Geometry::Cylinder { radius, z_min: a.min(b), z_max: a.max(b), phi_max: self.phi_max(p, span) })
+    }
+
+    fn radius(&mut self, p: &Params, span: Span) -> Option<f32> {
+        let radius = p.float("radius", 1.0, self.report);
+        if radius > 0.0 {
+            return Some(radius);
+        }
+        let at = p.span_of("radius").unwrap_or(span);
+        self.refuse(at, format!("\"radius\" is {radius}"), "it must be above 0")
+    }
+
+    fn phi_max(&mut self, p: &Params, span: Span) -> f32 {
+        let phi = p.float("phimax", 360.0, self.report);
+        if phi <= 0.0 {
+            let at = p.span_of("phimax").unwrap_or(span);
+            self.report.error(at, format!("\"phimax\" is {phi}")).hint("expected above 0, up to 360");
+        }
+        phi.min(360.0)
+    }
+}
