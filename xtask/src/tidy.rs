@@ -52,7 +52,8 @@ pub(crate) fn check(root: &Path) -> Result<()> {
             used.insert(key);
         }
     }
-    wrong.extend(bibliography.difference(&used).map(|k| format!("docs/references.bib: {k} is cited nowhere")));
+    wrong
+        .extend(bibliography.difference(&used).map(|k| format!("docs/references.bib: {k} is cited nowhere")));
     if wrong.is_empty() {
         return Ok(());
     }

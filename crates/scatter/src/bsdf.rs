@@ -226,8 +226,9 @@ pub struct BsdfSample {
     /// One for reflection; index of the far side over the near side for transmission. Russian roulette undoes its
     /// square.
     pub eta: f32,
-    /// The density is only in proportion to the truth (random walks between layers): `weight` is right in the
-    /// mean, but for multiple importance sampling ask [`Bsdf::pdf`] in its place.
+    /// The direction comes from a random walk between layers: `weight` is right in the mean, and `density`, which is
+    /// [`Bsdf::pdf`], is what multiple importance sampling needs, but it is not quite what the direction was drawn
+    /// from. Integrators that only use both need not look.
     pub pdf_is_proportional: bool,
 }
 
@@ -257,10 +258,11 @@ impl BsdfSample {
         }
     }
 
-    /// `f(wo, wi)` in 1/sr, without the cosine (for a walk between layers an estimate of it); `None` for a delta.
+    /// `f(wo, wi)` in 1/sr, without the cosine; `None` for a delta and for a walk between layers.
     #[must_use]
     pub fn f(&self) -> Option<Spectrum> {
-        self.pdf().map(|pdf| self.weight * (pdf.value() / self.wi.abs_cos_theta().max(f32::MIN_POSITIVE)))
+        let pdf = self.pdf().filter(|_| !self.pdf_is_proportional)?;
+        Some(self.weight * (pdf.value() / self.wi.abs_cos_theta().max(f32::MIN_POSITIVE)))
     }
 }
 

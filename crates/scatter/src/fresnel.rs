@@ -40,10 +40,18 @@ pub fn interface(cos: f32, eta: f32) -> Interface {
         return Interface { reflectance: 1.0, cos_transmitted: 0.0, eta };
     }
     let cos_t = (1.0 - sin2_t).sqrt();
-    let parallel = (eta * c - cos_t) / (eta * c + cos_t);
-    let perpendicular = (c - eta * cos_t) / (c + eta * cos_t);
-    let reflectance = 0.5 * (parallel * parallel + perpendicular * perpendicular);
+    let reflectance = between(c, cos_t, eta);
     Interface { reflectance, cos_transmitted: cos_t, eta }
+}
+
+/// Reflectance where both cosines are known (both positive): that of `wo`, and that of the refracted direction on the
+/// far side, whose index is `eta` times that of the near side. The same from both ends, bit for bit but for rounding.
+#[must_use]
+#[inline]
+pub fn between(cos_near: f32, cos_far: f32, eta: f32) -> f32 {
+    let parallel = (eta * cos_near - cos_far) / (eta * cos_near + cos_far);
+    let perpendicular = (cos_near - eta * cos_far) / (cos_near + eta * cos_far);
+    0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
 /// Reflectance of a dielectric; see [`interface`].

@@ -1,4 +1,5 @@
 //! Laws, statistics and analytic scenes for tests.
 
 pub mod chi2;
+pub mod laws;
 pub mod statistics;

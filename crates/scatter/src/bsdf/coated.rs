@@ -14,7 +14,8 @@
 //!
 //! Even without scattering the layer absorbs, with a mean free path of one unit of `thickness` (as in pbrt-v4).
 //! Departs from pbrt-v4: the weights of multiple importance sampling use the density of the competing technique in
-//! its own direction, so that they add up to one.
+//! its own direction, so that they add up to one; and a sampled walk may get out after its last event, so that
+//! samples and evaluations are cut off alike (pbrt-v4's are for even depths without a medium).
 //! Left out: closed forms for anisotropic roughness (the walk serves), and several coats.
 
 mod profile;

@@ -86,7 +86,11 @@ impl Dielectric {
         let Some(Facet { m, eta, is_reflection }) = self.facet(wo, wi) else { return (0.0, Pdf::ZERO) };
         let (so, si) = (self.facets.stretch(wo), self.facets.stretch(wi));
         let (co, ci) = (wo.abs_cos_theta(), wi.abs_cos_theta());
-        let reflectance = fresnel::dielectric(wo.dot(m), self.eta);
+        let reflectance = if is_reflection {
+            fresnel::dielectric(wo.dot(m), self.eta)
+        } else {
+            fresnel::between(wo.dot(m).abs(), wi.dot(m).abs(), eta)
+        };
         let p_reflect = lobes.reflection_probability(reflectance);
         let half_d = 0.5 * self.facets.d(m);
 

@@ -180,7 +180,8 @@ impl<B: BsdfKind> Walk<'_, B> {
         let mut rng = WalkRng::new([wo.0.x, wo.0.y, wo.0.z, u_lobe, u[0], u[1]]);
         let mut at = State { beta: enter.weight, w: enter.wi, z: self.layer.thickness };
         let mut specular = enter.is_specular();
-        for depth in 0..self.layer.max_depth {
+        // After the last event the walk may still get out, as it may in `eval`.
+        for depth in 0..=self.layer.max_depth {
             if !survives(&mut at.beta, depth, &mut rng) {
                 return None;
             }

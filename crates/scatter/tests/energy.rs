@@ -1,0 +1,199 @@
+//! Closed forms of energy, and closed forms against random walks.
+
+use math::{LocalDir, Vec3};
+use spectrum::Spectrum;
+use steradian_scatter::{
+    Bsdf, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, TransportMode,
+};
+use testkit::chi2::uniform_pair;
+use testkit::statistics::{Moments, sidak, t_test, welch_test};
+
+/// `Subject::albedo` of testkit, in one lane and with deltas.
+fn albedo(bsdf: impl Into<Bsdf>, wo: LocalDir, n: u64) -> Moments {
+    let b = bsdf.into();
+    Moments::of((0..n).map(|i| {
+        let s = b.sample(wo, uniform_pair(1, i)[0], uniform_pair(2, i), TransportMode::Importance);
+        f64::from(s.map_or(0.0, |s| s.weight.lanes()[0]))
+    }))
+}
+
+/// The mean of `albedo` over cosine-weighted directions.
+fn average_albedo(bsdf: impl Into<Bsdf>, n: u64) -> Moments {
+    let b = bsdf.into();
+    Moments::of((0..n).map(|i| {
+        let wo = sampling::warp::cosine_hemisphere(uniform_pair(3, i));
+        let s = b.sample(wo, uniform_pair(1, i)[0], uniform_pair(2, i), TransportMode::Importance);
+        f64::from(s.map_or(0.0, |s| s.weight.lanes()[0]))
+    }))
+}
+
+fn at(mu: f32) -> LocalDir {
+    LocalDir::normalize(Vec3::new((1.0 - mu * mu).sqrt() * 0.8, -(1.0 - mu * mu).sqrt() * 0.6, mu))
+}
+
+/// A coat of no thickness whose walks go on for ever.
+fn ideal() -> Coat {
+    Coat { thickness: 0.0, max_depth: 10_000, ..Coat::default() }
+}
+
+/// A medium that scatters nothing to speak of: the same light, by the random walk.
+const NEXT_TO_NOTHING: Spectrum = Spectrum::splat(1e-30);
+
+#[test]
+fn smooth_plastic_has_the_albedos_of_the_table() {
+    // Ground truth, sec. 7: rho, hemispherical and normal-incidence albedo at eta = 1.5.
+    for (rho, hemispherical, normal) in
+        [(0.1, 0.130_763_6, 0.081_208_2), (0.5, 0.352_958_9, 0.316_070_9), (0.9, 0.803_962_0, 0.792_785_8)]
+    {
+        let plastic = CoatedDiffuse::new(Spectrum::splat(rho), &ideal(), None);
+        let found = average_albedo(plastic, 400_000);
+        assert!((found.mean() - hemispherical).abs() < 5.0 * found.std_error() + 2e-5, "{found:?}");
+        assert!(found.std_error() < 1e-3);
+        let found = albedo(plastic, LocalDir::NORMAL, 400_000);
+        assert!((found.mean() - normal).abs() < 5.0 * found.std_error() + 2e-5, "{rho}: {found:?}");
+        assert!(found.std_error() < 1e-3);
+    }
+}
+
+#[test]
+fn lossless_things_give_back_all_they_get() {
+    let white_plastic = CoatedDiffuse::new(Spectrum::ONE, &ideal(), None);
+    let perfect_metal = Conductor::new(Spectrum::ZERO, Spectrum::ZERO, [0.0; 2]);
+    for mu in [0.05, 0.4, 0.9, 1.0] {
+        for bsdf in [
+            Bsdf::from(Dielectric::new(1.5, [0.0; 2])),
+            Dielectric::new(1.0 / 1.33, [0.0; 2]).into(),
+            steradian_scatter::ThinDielectric::new(1.5).into(),
+            CoatedConductor::new(perfect_metal, &ideal()).into(),
+            white_plastic.into(),
+        ] {
+            let m = albedo(bsdf, at(mu), 50_000);
+            assert!((m.mean() - 1.0).abs() < 5.0 * m.std_error() + 2e-4, "{} at {mu}: {m:?}", bsdf.name());
+        }
+    }
+}
+
+#[test]
+fn radiance_in_glass_is_concentrated_by_eta_squared() {
+    // From inside, radiance that comes through is divided by (1/η)²; from outside by η².
+    let glass = Bsdf::from(Dielectric::new(1.5, [0.0; 2]));
+    for (wo, scale) in [(at(0.9), 1.0 / 2.25), (-at(0.9), 2.25)] {
+        let s = glass.sample(wo, 0.99, [0.5; 2], TransportMode::Radiance).unwrap();
+        assert!(s.lobe.is_transmission() && (s.weight.lanes()[0] - scale).abs() < 1e-5, "{s:?}");
+        let s = glass.sample(wo, 0.99, [0.5; 2], TransportMode::Importance).unwrap();
+        assert!((s.weight.lanes()[0] - 1.0).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn refraction_obeys_snell() {
+    let glass = Bsdf::from(Dielectric::new(1.5, [0.0; 2]));
+    for mu in [0.1, 0.5, 0.99] {
+        let wo = at(mu);
+        let s = glass.sample(wo, 0.9999, [0.5; 2], TransportMode::Radiance).unwrap();
+        assert!((s.wi.0.truncate() * 1.5 + wo.0.truncate()).length() < 1e-5, "{s:?}");
+        assert_eq!(s.eta, 1.5);
+        let back = glass.sample(s.wi, 0.9999, [0.5; 2], TransportMode::Radiance).unwrap();
+        assert!((back.wi.0 - wo.0).length() < 1e-4, "{back:?}");
+    }
+}
+
+/// Mean weight in eight regions, deltas in a ninth.
+fn by_region(b: Bsdf, wo: LocalDir, seed: u64, n: u64) -> [Moments; 9] {
+    let mut all = [Moments::default(); 9];
+    for i in 0..n {
+        let s = b.sample(wo, uniform_pair(seed, i)[0], uniform_pair(seed + 1, i), TransportMode::Radiance);
+        let hit = s.map(|s| {
+            let w = s.wi.0;
+            let quarter = usize::from(w.x > 0.0) + 2 * usize::from(w.y > 0.0);
+            let region = if s.is_specular() { 8 } else { quarter + 4 * usize::from(w.z > 0.6) };
+            (region, f64::from(s.weight.lanes()[0] + 0.7 * s.weight.lanes()[1]))
+        });
+        for (k, m) in all.iter_mut().enumerate() {
+            m.push(hit.map_or(0.0, |(region, x)| if region == k { x } else { 0.0 }));
+        }
+    }
+    all
+}
+
+fn assert_same_light(a: impl Into<Bsdf>, b: impl Into<Bsdf>, what: &str) {
+    let (a, b) = (a.into(), b.into());
+    for wo in [at(0.95), at(0.5), -at(0.15)] {
+        let (a, b) = (by_region(a, wo, 10, 60_000), by_region(b, wo, 20, 60_000));
+        for (k, (a, b)) in a.iter().zip(&b).enumerate() {
+            let m = format!("{what}, {wo:?}, region {k}: {} and {}", a.mean(), b.mean());
+            welch_test(a, b).assert_consistent(sidak(1e-6, 27), &m);
+        }
+    }
+}
+
+const SAND: Spectrum = Spectrum::from_rgb([0.9, 0.4, 0.2]);
+
+#[test]
+fn a_smooth_coats_closed_form_is_the_walk() {
+    for (thickness, max_depth, eta) in [(0.01, 10, 1.5), (0.3, 10, 1.5), (0.01, 3, 1.33), (0.01, 200, 1.8)] {
+        let coat = Coat { thickness, max_depth, eta, ..Coat::default() };
+        let closed = CoatedDiffuse::new(SAND, &coat, None);
+        let walk = CoatedDiffuse::new(SAND, &Coat { albedo: NEXT_TO_NOTHING, ..coat }, None);
+        assert_same_light(closed, walk, &format!("{thickness} {max_depth} {eta}"));
+    }
+}
+
+#[test]
+fn a_rough_coats_closed_form_is_the_walk() {
+    for (alpha, thickness) in [(0.05, 0.01), (0.3, 0.01), (0.3, 0.5), (0.8, 0.01)] {
+        let coat = Coat { alpha: [alpha; 2], thickness, ..Coat::default() };
+        let profile = CoatProfile::new(coat.eta, alpha, thickness);
+        let closed = CoatedDiffuse::new(SAND, &coat, Some(profile));
+        let walk = CoatedDiffuse::new(SAND, &coat, None);
+        assert_same_light(closed, walk, &format!("alpha {alpha}, thickness {thickness}"));
+    }
+}
+
+#[test]
+fn the_walks_evaluation_has_the_closed_forms_mean() {
+    // Not by samples: `eval` of both, over a small cone of directions.
+    for alpha in [0.0, 0.25] {
+        let coat = Coat { alpha: [alpha; 2], ..Coat::default() };
+        let profile = CoatProfile::new(coat.eta, alpha, coat.thickness);
+        let closed = CoatedDiffuse::new(SAND, &coat, Some(profile));
+        let walk = CoatedDiffuse::new(SAND, &Coat { albedo: NEXT_TO_NOTHING, ..coat }, None);
+        let (closed, walk) = (Bsdf::from(closed), Bsdf::from(walk));
+        for (wo, wi) in [(at(0.9), at(0.5)), (at(0.3), LocalDir::NORMAL), (at(0.2), at(0.25).reflect())] {
+            let m = Moments::of((0..40_000).map(|i| {
+                let [x, y] = uniform_pair(30, i);
+                let wi = LocalDir::normalize(wi.0 + Vec3::new(x, y, 0.0) * 0.02);
+                let f = |b: &Bsdf| b.eval(wo, wi, TransportMode::Radiance).lanes()[0];
+                f64::from(f(&walk) - f(&closed))
+            }));
+            // The profile may be off by its interpolation, 1e-3 of the value.
+            let value = f64::from(closed.eval(wo, wi, TransportMode::Radiance).lanes()[0]);
+            assert!(
+                m.mean().abs() < 5.0 * m.std_error() + 1e-3 * value,
+                "{alpha} {wo:?} {wi:?}: {m:?} {value}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_coated_mirrors_closed_form_is_the_walk() {
+    let gold = Conductor::new(Spectrum::splat(0.3), Spectrum::splat(3.0), [0.0; 2]);
+    for (mu, thickness) in [(1.0, 0.01), (0.5, 0.2), (0.1, 0.01)] {
+        let coat = Coat { thickness, ..Coat::default() };
+        let closed = albedo(CoatedConductor::new(gold, &coat), at(mu), 1).mean();
+        let walk = CoatedConductor::new(gold, &Coat { albedo: NEXT_TO_NOTHING, ..coat });
+        let walk = albedo(walk, at(mu), 200_000);
+        t_test(&walk, closed)
+            .assert_consistent(1e-6, &format!("{mu}: closed {closed}, walk {}", walk.mean()));
+    }
+}
+
+#[test]
+fn a_lossless_milky_coat_over_white_gives_back_all() {
+    let coat = Coat { albedo: Spectrum::ONE, thickness: 1.0, g: 0.5, max_depth: 10_000, ..Coat::default() };
+    for mu in [1.0, 0.3] {
+        let m = albedo(CoatedDiffuse::new(Spectrum::ONE, &coat, None), at(mu), 20_000);
+        assert!((m.mean() - 1.0).abs() < 5.0 * m.std_error() + 1e-4, "{mu}: {m:?}");
+    }
+}
