@@ -11,6 +11,7 @@ mod error;
 mod film;
 mod filter;
 mod fixed;
+mod partial;
 mod pass;
 mod passes;
 mod settings;

@@ -1,0 +1,429 @@
+//! Partial films as bytes and files: what `docs/partial-file.md` says.
+//!
+//! The container is safetensors: a JSON header and arrays that numpy reads without us. All numbers are the film's own
+//! integers, so that writing and reading changes no bit. The header's one metadata entry, `steradian`, says what
+//! the film is of; the array `sha256` seals that entry and all other arrays.
+//!
+//! Nothing that is read is trusted: sizes are compared with the number of bytes there are before anything is
+//! allocated, and every film that comes back has passed the same checks as one made from settings.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+
+use math::Bounds2i;
+use safetensors::tensor::{Dtype, SafeTensors, View};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::bad::{BadSamples, Sign};
+use crate::blocks::offset_in;
+use crate::error::Error;
+use crate::film::{Film, FilmBlock};
+use crate::filter::Filter;
+use crate::fixed::FixedPoint;
+use crate::passes::PassSet;
+use crate::settings::{FilmSettings, RenderKey};
+
+const FORMAT: &str = "steradian partial film";
+const VERSION: u32 = 1;
+const HEAD: &str = "steradian";
+const SEAL: &str = "sha256";
+
+/// The metadata entry.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    format: String,
+    version: u32,
+    resolution: [u32; 2],
+    /// x0, y0, x1, y1.
+    crop: [i32; 4],
+    filter: Filter,
+    sign: Sign,
+    splats: bool,
+    aovs: Vec<String>,
+    key: RenderKey,
+    passes: String,
+    bad_samples: BadSamples,
+}
+
+impl Film {
+    /// The film as the bytes of a partial file: equal films give equal bytes.
+    ///
+    /// # Errors
+    /// If a pass is open.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+        let (arrays, head) = self.arrays()?;
+        safetensors::serialize(arrays, Some(head)).map_err(|e| Error::Format(e.to_string()))
+    }
+
+    /// The film of such bytes.
+    ///
+    /// # Errors
+    /// If they are not a partial film of this version, or were changed.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        check_offsets(bytes)?;
+        let format = |e: safetensors::SafeTensorError| Error::Format(e.to_string());
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
+        let arrays = SafeTensors::deserialize(bytes).map_err(format)?;
+        let head_text = metadata.metadata().as_ref().and_then(|m| m.get(HEAD));
+        let head_text = head_text.ok_or_else(|| Error::Format(format!("it has no entry `{HEAD}`")))?;
+        let head = parse_head(head_text)?;
+
+        // The arrays must be those of the settings, each of the right size, before a film of that size is made.
+        let [x0, y0, x1, y1] = head.crop;
+        let settings = FilmSettings {
+            resolution: head.resolution,
+            crop: Bounds2i::new([x0, y0], [x1, y1]),
+            filter: head.filter,
+            sign: head.sign,
+            splats: head.splats,
+            aovs: head.aovs,
+            key: head.key,
+        };
+        settings.check()?;
+        let fields = Field::of(&settings);
+        if arrays.len() != fields.len() + 1 {
+            return Err(Error::Format(format!(
+                "it has {} arrays instead of {}",
+                arrays.len(),
+                fields.len() + 1
+            )));
+        }
+        for field in &fields {
+            let a = arrays.tensor(field.name()).map_err(format)?;
+            if a.dtype() != field.dtype() || a.shape() != field.shape(&settings) {
+                return Err(Error::Format(format!("array `{}` has the wrong type or shape", field.name())));
+            }
+        }
+        let seal = arrays.tensor(SEAL).map_err(format)?;
+        let data = |f: &Field| Cow::Borrowed(arrays.tensor(f.name()).map_or(&[][..], |a| a.data()));
+        if seal.data() != digest(head_text, &fields, data).as_slice() {
+            return Err(Error::Checksum);
+        }
+
+        let mut film = Self::new(settings)?;
+        for field in &fields {
+            field.restore(&film, &data(field));
+        }
+        let progress = film.progress.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        progress.passes = head.passes.parse::<PassSet>().map_err(Error::Format)?;
+        progress.bad.merge(&head.bad_samples);
+        Ok(film)
+    }
+
+    /// Writes a partial file. It appears under its name complete or not at all.
+    ///
+    /// # Errors
+    /// If a pass is open, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let io = |source: std::io::Error| Error::Io { path: path.to_owned(), source };
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let (arrays, head) = self.arrays()?;
+        let file = new_file(folder).map_err(io)?;
+        safetensors::serialize_to_file(arrays, Some(head), file.path())
+            .map_err(|e| io(std::io::Error::other(e)))?;
+        file.as_file().sync_all().map_err(io)?;
+        file.persist(path).map_err(|e| io(e.error))?;
+        Ok(())
+    }
+
+    /// Reads a partial file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is no partial film, or is damaged.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        Self::from_bytes(&bytes)
+            .map_err(|source| Error::File { path: path.to_owned(), source: Box::new(source) })
+    }
+
+    /// All arrays by name, and the metadata.
+    #[expect(clippy::type_complexity, reason = "what safetensors takes")]
+    fn arrays(&self) -> Result<(Vec<(&'static str, Array<'_>)>, HashMap<String, String>), Error> {
+        let (s, progress) = (self.settings(), self.progress().clone());
+        if let Some(&pass) = progress.open.first() {
+            return Err(Error::OpenPass(pass));
+        }
+        let head = Head {
+            format: FORMAT.into(),
+            version: VERSION,
+            resolution: s.resolution,
+            crop: [s.crop.min[0], s.crop.min[1], s.crop.max[0], s.crop.max[1]],
+            filter: s.filter,
+            sign: s.sign,
+            splats: s.splats,
+            aovs: s.aovs.clone(),
+            key: s.key.clone(),
+            passes: progress.passes.to_string(),
+            bad_samples: progress.bad,
+        };
+        let text = serde_json::to_string(&head).map_err(|e| Error::Format(e.to_string()))?;
+        let fields = Field::of(s);
+        let seal = digest(&text, &fields, |f| Cow::Owned(f.bytes(self)));
+        let mut arrays: Vec<_> = fields
+            .into_iter()
+            .map(|field| (field.name(), Array::Sums { film: self, field, shape: field.shape(s) }))
+            .collect();
+        arrays.push((SEAL, Array::Seal { shape: [seal.len()], bytes: seal }));
+        // One entry alone, for a map has no order.
+        Ok((arrays, HashMap::from([(HEAD.into(), text)])))
+    }
+}
+
+/// A temporary file that, once renamed, has the rights of any other new file.
+fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".steradian-").suffix(".partial");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+fn parse_head(text: &str) -> Result<Head, Error> {
+    // Version first: the rest of another version may look different.
+    #[derive(Deserialize)]
+    struct Version {
+        format: String,
+        version: u32,
+    }
+    let json = |e: serde_json::Error| Error::Format(format!("entry `{HEAD}`: {e}"));
+    let v: Version = serde_json::from_str(text).map_err(json)?;
+    if v.format != FORMAT || v.version != VERSION {
+        return Err(Error::Format(format!(
+            "it is `{}` version {}, and this program reads `{FORMAT}` version {VERSION}",
+            v.format, v.version
+        )));
+    }
+    serde_json::from_str(text).map_err(json)
+}
+
+/// No array may end behind the last byte: offsets near 2⁶⁴ would overflow in the reader.
+fn check_offsets(bytes: &[u8]) -> Result<(), Error> {
+    let truncated = || Error::Format("it is truncated, or no safetensors file at all".into());
+    let (length, rest) = bytes.split_first_chunk::<8>().ok_or_else(truncated)?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| truncated())?;
+    let header = rest.get(..length).ok_or_else(truncated)?;
+    let header: HashMap<String, serde_json::Value> =
+        serde_json::from_slice(header).map_err(|e| Error::Format(format!("its header: {e}")))?;
+    let ends = header.values().filter_map(|v| v.get("data_offsets")?.get(1)?.as_u64());
+    if ends.max().unwrap_or(0) > bytes.len() as u64 {
+        return Err(truncated());
+    }
+    Ok(())
+}
+
+/// SHA-256 of the metadata entry and of the arrays in the order of their names.
+fn digest<'a>(head: &str, fields: &[Field], data: impl Fn(&Field) -> Cow<'a, [u8]>) -> Vec<u8> {
+    let mut sorted = fields.to_vec();
+    sorted.sort_by_key(Field::name);
+    let mut hash = Sha256::new_with_prefix(head.as_bytes());
+    for field in &sorted {
+        hash.update(data(field));
+    }
+    hash.finalize().to_vec()
+}
+
+/// One array of the file; its bytes are made when they are written.
+enum Array<'a> {
+    Sums { film: &'a Film, field: Field, shape: Vec<usize> },
+    Seal { bytes: Vec<u8>, shape: [usize; 1] },
+}
+
+impl View for Array<'_> {
+    fn dtype(&self) -> Dtype {
+        match self {
+            Self::Sums { field, .. } => field.dtype(),
+            Self::Seal { .. } => Dtype::U8,
+        }
+    }
+
+    fn shape(&self) -> &[usize] {
+        match self {
+            Self::Sums { shape, .. } => shape,
+            Self::Seal { shape, .. } => shape,
+        }
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        match self {
+            Self::Sums { film, field, .. } => Cow::Owned(field.bytes(film)),
+            Self::Seal { bytes, .. } => Cow::Borrowed(bytes),
+        }
+    }
+
+    fn data_len(&self) -> usize {
+        match self {
+            Self::Sums { shape, .. } => shape.iter().product::<usize>() * 8,
+            Self::Seal { bytes, .. } => bytes.len(),
+        }
+    }
+}
+
+/// Which sums of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Field {
+    Total,
+    TotalSquared,
+    Weight,
+    WeightSquared,
+    TotalWeight,
+    Splat,
+    Aovs,
+}
+
+impl Field {
+    /// Those that a film of these settings has.
+    fn of(s: &FilmSettings) -> Vec<Self> {
+        let weighted = !s.filter.is_pixel_box();
+        let mut fields = vec![Self::Total, Self::TotalSquared];
+        if weighted {
+            fields.extend([Self::Weight, Self::WeightSquared, Self::TotalWeight]);
+        }
+        if weighted && s.splats {
+            fields.push(Self::Splat);
+        }
+        if !s.aovs.is_empty() {
+            fields.push(Self::Aovs);
+        }
+        fields
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Total => "total",
+            Self::TotalSquared => "total_squared",
+            Self::Weight => "weight",
+            Self::WeightSquared => "weight_squared",
+            Self::TotalWeight => "total_weight",
+            Self::Splat => "splat",
+            Self::Aovs => "aovs",
+        }
+    }
+
+    fn dtype(self) -> Dtype {
+        match self {
+            Self::Weight | Self::WeightSquared => Dtype::I64,
+            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat | Self::Aovs => Dtype::U64,
+        }
+    }
+
+    /// Rows, columns, then channels and the two halves of each 128-bit number.
+    fn shape(self, s: &FilmSettings) -> Vec<usize> {
+        let (h, w) = (s.crop.height(), s.crop.width());
+        match self {
+            Self::Weight | Self::WeightSquared => vec![h, w],
+            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat => vec![h, w, 3, 2],
+            Self::Aovs => vec![h, w, s.aovs.len(), 2],
+        }
+    }
+
+    /// The array's bytes, pixel by pixel in rows.
+    fn bytes(self, film: &Film) -> Vec<u8> {
+        match self {
+            Self::Total => gather(film, 1, |b| &b.total),
+            Self::TotalSquared => gather(film, 1, |b| &b.total_squared),
+            Self::Weight => gather(film, 1, |b| &b.weight),
+            Self::WeightSquared => gather(film, 1, |b| &b.weight_squared),
+            Self::TotalWeight => gather(film, 1, |b| &b.total_weight),
+            Self::Splat => gather(film, 1, |b| &b.splat),
+            Self::Aovs => gather(film, film.common.n_aovs, |b| &b.aovs),
+        }
+    }
+
+    /// Puts the array's bytes, of the right number, back into a film.
+    fn restore(self, film: &Film, data: &[u8]) {
+        match self {
+            Self::Total => scatter(film, 1, data, |b| &mut b.total),
+            Self::TotalSquared => scatter(film, 1, data, |b| &mut b.total_squared),
+            Self::Weight => scatter(film, 1, data, |b| &mut b.weight),
+            Self::WeightSquared => scatter(film, 1, data, |b| &mut b.weight_squared),
+            Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight),
+            Self::Splat => scatter(film, 1, data, |b| &mut b.splat),
+            Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs),
+        }
+    }
+}
+
+/// A number with a fixed little-endian form.
+trait LittleEndian {
+    const SIZE: usize;
+    fn write(&self, to: &mut [u8]);
+    fn read(&mut self, from: &[u8]);
+}
+
+impl LittleEndian for i64 {
+    const SIZE: usize = 8;
+    fn write(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+    fn read(&mut self, from: &[u8]) {
+        let mut b = [0; 8];
+        b.copy_from_slice(from);
+        *self = Self::from_le_bytes(b);
+    }
+}
+
+/// The lower half first: two 64-bit words, of which the second has the sign.
+impl<const F: u32> LittleEndian for FixedPoint<F> {
+    const SIZE: usize = 16;
+    fn write(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_bits().to_le_bytes());
+    }
+    fn read(&mut self, from: &[u8]) {
+        let mut b = [0; 16];
+        b.copy_from_slice(from);
+        *self = Self::from_bits(i128::from_le_bytes(b));
+    }
+}
+
+impl<T: LittleEndian> LittleEndian for [T; 3] {
+    const SIZE: usize = 3 * T::SIZE;
+    fn write(&self, to: &mut [u8]) {
+        self.iter().zip(to.chunks_exact_mut(T::SIZE)).for_each(|(x, to)| x.write(to));
+    }
+    fn read(&mut self, from: &[u8]) {
+        self.iter_mut().zip(from.chunks_exact(T::SIZE)).for_each(|(x, from)| x.read(from));
+    }
+}
+
+/// From blocks, with `n` numbers per pixel, to rows.
+fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[T]) -> Vec<u8> {
+    let crop = film.settings().crop;
+    let mut bytes = vec![0; crop.area() * n * T::SIZE];
+    for i in 0..film.blocks.len() {
+        let block = film.blocks.lock(i);
+        let per_row = block.area.width() * n;
+        for (row, values) in get(&block).chunks_exact(per_row).enumerate() {
+            let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * T::SIZE;
+            let to = bytes[at..at + per_row * T::SIZE].chunks_exact_mut(T::SIZE);
+            values.iter().zip(to).for_each(|(x, to)| x.write(to));
+        }
+    }
+    bytes
+}
+
+/// The way back.
+fn scatter<T: LittleEndian>(
+    film: &Film,
+    n: usize,
+    bytes: &[u8],
+    get: impl Fn(&mut FilmBlock) -> &mut Vec<T>,
+) {
+    let crop = film.settings().crop;
+    for i in 0..film.blocks.len() {
+        let mut block = film.blocks.lock(i);
+        let area = block.area;
+        let per_row = area.width() * n;
+        for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
+            let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
+            let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
+            values.iter_mut().zip(from).for_each(|(x, from)| x.read(from));
+        }
+    }
+}
