@@ -94,7 +94,7 @@ pub struct Footprint {
 pub struct TextureContext {
     /// The point, in world space.
     pub p: Point,
-    /// The shading normal.
+    /// The geometric normal.
     pub n: Dir,
     /// Surface coordinates.
     pub uv: Vec2,

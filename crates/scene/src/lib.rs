@@ -7,9 +7,14 @@ mod cameras;
 mod equal_area;
 mod ids;
 mod interaction;
+mod materials;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
-pub use textures::TextureImage;
+pub use materials::{Materials, Shading};
+pub use textures::{
+    FloatHandle, Images, SpectrumHandle, SpectrumRole, TextureCompiler, TextureImage, Textures, color_space,
+    spectral_curve, spectrum_value,
+};

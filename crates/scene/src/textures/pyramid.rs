@@ -200,12 +200,12 @@ fn encode(curve: &[f32; 256], x: f32) -> u8 {
 mod tests {
     use super::*;
     use math::hash;
-    use scene_desc::ColorSpaceName;
+    use spectrum::ColorSpace;
 
     /// White noise, reproducible.
     fn noise(w: u32, h: u32) -> TextureImage {
         let data: Vec<f32> = (0..w * h).map(|i| hash::unit_f32(hash::mix32(i))).collect();
-        let mut image = TextureImage::new([w, h], 1, Texels::Floats(Arc::from(data)), ColorSpaceName::Srgb);
+        let mut image = TextureImage::new([w, h], 1, Texels::Floats(Arc::from(data)), ColorSpace::Srgb);
         image.build_pyramid();
         image
     }
@@ -234,12 +234,8 @@ mod tests {
         let curve: Arc<[f32; 256]> = Arc::new(std::array::from_fn(|i| (i as f32 / 255.0).powi(2)));
         assert!((0..=255_u8).all(|i| encode(&curve, curve[usize::from(i)]) == i));
         let data: Arc<[u8]> = vec![10, 200, 30, 40].into();
-        let mut image = TextureImage::new(
-            [2, 2],
-            1,
-            Texels::Bytes { data, curve: Arc::clone(&curve) },
-            ColorSpaceName::Srgb,
-        );
+        let mut image =
+            TextureImage::new([2, 2], 1, Texels::Bytes { data, curve: Arc::clone(&curve) }, ColorSpace::Srgb);
         image.build_pyramid();
         let exact = [10, 200, 30, 40].iter().map(|&i: &usize| curve[i]).sum::<f32>() / 4.0;
         let stored = image.level(1).texel::<f32>(0, 0, WrapMode::Clamp);
@@ -270,8 +266,7 @@ mod tests {
             trig::sin(2.0 * std::f32::consts::PI * phase)
         };
         let data: Vec<f32> = (0..256 * 256).map(wave).collect();
-        let mut image =
-            TextureImage::new([256, 256], 1, Texels::Floats(Arc::from(data)), ColorSpaceName::Srgb);
+        let mut image = TextureImage::new([256, 256], 1, Texels::Floats(Arc::from(data)), ColorSpace::Srgb);
         image.build_pyramid();
         let st = Vec2::splat(0.5 + 1.0 / 32.0);
         let (long, short) = (0.15, 0.012);
@@ -311,7 +306,7 @@ mod tests {
     #[test]
     fn a_smooth_image_is_the_same_through_every_filter() {
         let data: Vec<f32> = (0..64 * 64).map(|i| (i % 64) as f32 / 64.0).collect();
-        let mut image = TextureImage::new([64, 64], 1, Texels::Floats(Arc::from(data)), ColorSpaceName::Srgb);
+        let mut image = TextureImage::new([64, 64], 1, Texels::Floats(Arc::from(data)), ColorSpace::Srgb);
         image.build_pyramid();
         let (st, d) = (Vec2::new(0.5, 0.5), [Vec2::new(0.05, 0.0), Vec2::new(0.01, 0.03)]);
         let exact: f32 = image.level_0().bilinear(st, WrapMode::Clamp);

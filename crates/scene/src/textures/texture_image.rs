@@ -8,7 +8,8 @@ use std::ops::{Add, Mul};
 use std::sync::Arc;
 
 use math::{Vec2, Vec3};
-use scene_desc::{ColorSpaceName, WrapMode};
+use scene_desc::WrapMode;
+use spectrum::ColorSpace;
 
 use super::pyramid::Pyramid;
 
@@ -63,7 +64,7 @@ pub struct TextureImage {
     height: u32,
     channels: usize,
     scalar: Scalar,
-    space: ColorSpaceName,
+    space: ColorSpace,
     base: Texels,
     pyramid: Option<Pyramid>,
 }
@@ -116,7 +117,7 @@ impl Texel for Vec3 {
 impl TextureImage {
     /// `width × height` texels of 1 (grey), 2 (grey, alpha), 3 or 4 channels, top row first. An alpha that is one
     /// everywhere is no alpha.
-    pub(crate) fn new(size: [u32; 2], channels: usize, base: Texels, space: ColorSpaceName) -> Self {
+    pub(crate) fn new(size: [u32; 2], channels: usize, base: Texels, space: ColorSpace) -> Self {
         let has_alpha = channels == 2 || channels == 4;
         let n = size[0] as usize * size[1] as usize;
         let opaque = !has_alpha || (0..n).all(|i| base.get(i * channels + channels - 1) == 1.0);
@@ -126,6 +127,12 @@ impl TextureImage {
             (true, _) => Scalar::MeanRgb,
         };
         Self { width: size[0], height: size[1], channels, scalar, space, base, pyramid: None }
+    }
+
+    /// Of linear values, for tests.
+    #[cfg(test)]
+    pub(crate) fn of_floats(size: [u32; 2], channels: usize, data: &[f32]) -> Self {
+        Self::new(size, channels, Texels::Floats(Arc::from(data)), ColorSpace::Srgb)
     }
 
     /// Adds the coarser levels, if they are not there yet.
@@ -149,7 +156,7 @@ impl TextureImage {
 
     /// The primaries of its R, G and B.
     #[must_use]
-    pub fn color_space(&self) -> ColorSpaceName {
+    pub fn color_space(&self) -> ColorSpace {
         self.space
     }
 
@@ -283,11 +290,11 @@ mod tests {
     fn four() -> TextureImage {
         let curve = Arc::new(std::array::from_fn(|i| i as f32 / 255.0));
         let data = Arc::from(vec![0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 255]);
-        TextureImage::new([2, 2], 3, Texels::Bytes { data, curve }, ColorSpaceName::Srgb)
+        TextureImage::new([2, 2], 3, Texels::Bytes { data, curve }, ColorSpace::Srgb)
     }
 
     fn floats(size: [u32; 2], channels: usize, data: Vec<f32>) -> TextureImage {
-        TextureImage::new(size, channels, Texels::Floats(Arc::from(data)), ColorSpaceName::Srgb)
+        TextureImage::of_floats(size, channels, &data)
     }
 
     #[test]

@@ -1,0 +1,442 @@
+//! Surfaces' looks: which BSDF stands at a point, and in which frame.
+//!
+//! | step                                  | source                                      |
+//! |---------------------------------------|---------------------------------------------|
+//! | textures to parameters                | pbrt-v4's materials ([PBR4e], ch. 10)       |
+//! | bump mapping                          | [Blinn1978], with pbrt-v4's differences     |
+//! | normal mapping                        | tangent space, [PBR4e], sec. 10.5           |
+//! | mixtures                              | one of the two, by a hash of the point      |
+//!
+//! Departs from pbrt-v4: widths of microfacets up to and including 10⁻³ count as smooth (pbrt: below it), since
+//! exporters write exactly 0.001 for mirrors; a mixture hashes the point and the materials but not the direction,
+//! so that every path that comes to a point finds the same surface there.
+//! Left out: subsurface scattering, which is rendered as a coat over its effective albedo, with a warning.
+
+mod bump;
+mod compile;
+mod metal;
+mod subsurface;
+mod surface;
+
+use math::{Frame, hash};
+use scatter::{Bsdf, CoatProfiles};
+use scene_desc::ImageId;
+use spectrum::Wavelengths;
+
+use self::surface::{Lookup, Surface};
+use crate::textures::{FloatHandle, Textures};
+use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
+
+/// All materials of a scene, by [`MaterialId`].
+#[derive(Clone, Debug)]
+pub struct Materials {
+    list: Vec<Material>,
+    profiles: Vec<CoatProfiles>,
+}
+
+/// A surface point, ready for transport.
+#[derive(Clone, Copy, Debug)]
+pub struct Shading {
+    /// How it scatters, in `frame`.
+    pub bsdf: Bsdf,
+    /// The shading frame, bent by bump and normal maps; its normal is on the side of the geometric one.
+    pub frame: Frame,
+}
+
+#[derive(Clone, Debug)]
+struct Material {
+    surface: Surface,
+    relief: Relief,
+    /// The BSDF, where it is the same everywhere.
+    constant: Option<Bsdf>,
+}
+
+/// What bends the shading normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Relief {
+    None,
+    /// A height in scene units.
+    Bump(FloatHandle),
+    /// Normals in tangent space.
+    NormalMap(ImageId),
+}
+
+impl Materials {
+    /// The BSDF and frame at a surface point; `None` where there is no surface, only the border of a medium. Glass
+    /// with dispersion leaves the path its hero wavelength alone.
+    #[inline]
+    #[must_use]
+    pub fn shade(
+        &self,
+        textures: &Textures,
+        si: &SurfaceInteraction,
+        footprint: &Footprint,
+        wl: &mut Wavelengths,
+    ) -> Option<Shading> {
+        let material = &self.list[si.material.index()];
+        match (&material.constant, material.relief) {
+            (Some(bsdf), Relief::None) => Some(Shading { bsdf: *bsdf, frame: si.frame }),
+            (Some(_) | None, _) => self.shade_varying(textures, si, footprint, wl),
+        }
+    }
+
+    /// Is the surface nothing but the border of a medium at this point?
+    #[must_use]
+    pub fn is_interface(&self, textures: &Textures, si: &SurfaceInteraction) -> bool {
+        match &self.list[si.material.index()].surface {
+            Surface::Interface => true,
+            Surface::Mix { .. } => {
+                let ctx = TextureContext::at(si, Footprint::default());
+                matches!(self.resolve(si.material, textures, &ctx).surface, Surface::Interface)
+            }
+            Surface::Diffuse { .. }
+            | Surface::DiffuseTransmission { .. }
+            | Surface::Conductor { .. }
+            | Surface::Dielectric { .. }
+            | Surface::ThinDielectric { .. }
+            | Surface::CoatedDiffuse { .. }
+            | Surface::CoatedConductor { .. } => false,
+        }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// None at all?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    fn shade_varying(
+        &self,
+        textures: &Textures,
+        si: &SurfaceInteraction,
+        footprint: &Footprint,
+        wl: &mut Wavelengths,
+    ) -> Option<Shading> {
+        let ctx = TextureContext::at(si, *footprint);
+        let material = self.resolve(si.material, textures, &ctx);
+        let bsdf = match material.constant {
+            Some(bsdf) => bsdf,
+            None => material.surface.bsdf(&mut Lookup { textures, ctx: &ctx, wl }, &self.profiles)?,
+        };
+        let frame = match material.relief {
+            Relief::None => si.frame,
+            Relief::Bump(height) => bump::bump(si, &ctx, |ctx| textures.float(&height, ctx)),
+            Relief::NormalMap(image) => bump::normal_map(si, textures.images().get(image)),
+        };
+        Some(Shading { bsdf, frame })
+    }
+
+    /// The material that a mixture (of mixtures) is at this point.
+    fn resolve(&self, id: MaterialId, textures: &Textures, ctx: &TextureContext) -> &Material {
+        let mut material = &self.list[id.index()];
+        while let Surface::Mix { materials: [a, b], amount } = &material.surface {
+            let amount = textures.float(amount, ctx);
+            let key =
+                hash::combine(hash::of_floats(&ctx.p.0.to_array()), u64::from(a.0) << 32 | u64::from(b.0));
+            let u = hash::unit_f32((key >> 32) as u32);
+            let chosen = if u < amount { b } else { a };
+            material = &self.list[chosen.index()];
+        }
+        material
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::ShapeId;
+    use crate::textures::TextureCompiler;
+    use math::{Dir, LocalDir, Point, Transform, Vec2, Vec3};
+    use scatter::TransportMode;
+    use scene_desc::{
+        ConductorSpectrum, FloatInput, IndexOfRefraction, Mapping2d, MaterialDesc, MaterialKind, Roughness,
+        SceneDesc, Sink, Span, SpectrumDesc, SpectrumInput, SubsurfaceProfile, TextureDesc, TextureInput,
+        TextureKind, TextureNode,
+    };
+    use spectrum::{ColorMode, ColorPipeline, ColorSpace, Spectrum};
+
+    const RGB: ColorPipeline = ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb);
+    const SPECTRAL: ColorPipeline = ColorPipeline::new(ColorMode::Spectral, ColorSpace::Srgb);
+
+    /// A point of the plane z = 0 with (u, v) = (x, y), seen from above.
+    pub(crate) fn point() -> SurfaceInteraction {
+        SurfaceInteraction {
+            p: Point::new(0.3, 0.7, 0.0),
+            p_error: Vec3::ZERO,
+            ng: Dir::Z,
+            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Dir::Z },
+            uv: Vec2::new(0.3, 0.7),
+            dpdu: Vec3::X,
+            dpdv: Vec3::Y,
+            dndu: Vec3::ZERO,
+            dndv: Vec3::ZERO,
+            wo: Dir::Z,
+            time: 0.0,
+            t: 1.0,
+            shape: ShapeId(0),
+            primitive: 0,
+            material: MaterialId(0),
+            light: None,
+        }
+    }
+
+    fn material(kind: MaterialKind) -> MaterialDesc {
+        MaterialDesc { name: String::new(), kind, normal_map: None, displacement: None, span: Span::NONE }
+    }
+
+    fn scene(kinds: Vec<MaterialKind>, nodes: Vec<(TextureKind, TextureNode)>) -> SceneDesc {
+        let texture = |(kind, node)| TextureDesc { name: String::new(), kind, node, span: Span::NONE };
+        SceneDesc {
+            materials: kinds.into_iter().map(material).collect(),
+            textures: nodes.into_iter().map(texture).collect(),
+            ..SceneDesc::default()
+        }
+    }
+
+    fn compile(scene: &SceneDesc, colors: ColorPipeline) -> (Materials, Textures, Sink) {
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(scene, colors, &mut sink);
+        let materials = Materials::compile(scene, &mut compiler);
+        let textures = compiler.finish();
+        (materials, textures, sink)
+    }
+
+    /// A texture that varies, but has this value everywhere.
+    fn disguised(value: f32) -> TextureNode {
+        let same = || TextureInput::Float(value);
+        TextureNode::Checkerboard {
+            a: same(),
+            b: same(),
+            mapping: Some(Mapping2d::default()),
+            texture_from_world: Transform::IDENTITY,
+        }
+    }
+
+    /// Every kind with constants, and the same with textures of these values: float 0 is roughness 0.25, float 1 is
+    /// thickness 0.02, spectrum 2 is 0.6.
+    fn kinds(textured: bool) -> Vec<MaterialKind> {
+        let float = |value: f32, id: u32| {
+            if textured { FloatInput::Texture(scene_desc::TextureId(id)) } else { value.into() }
+        };
+        let spectrum = || {
+            if textured {
+                SpectrumInput::Texture(scene_desc::TextureId(2))
+            } else {
+                SpectrumDesc::Constant(0.6).into()
+            }
+        };
+        let rough = || Roughness { u: float(0.25, 0), v: float(0.25, 0), remap: true };
+        let eta = || IndexOfRefraction::Constant(1.5);
+        vec![
+            MaterialKind::Diffuse { reflectance: spectrum() },
+            MaterialKind::DiffuseTransmission {
+                reflectance: spectrum(),
+                transmittance: spectrum(),
+                scale: 0.5,
+            },
+            MaterialKind::Conductor {
+                spectrum: ConductorSpectrum::Reflectance(spectrum()),
+                roughness: rough(),
+            },
+            MaterialKind::Dielectric { eta: eta(), roughness: rough() },
+            MaterialKind::CoatedDiffuse {
+                reflectance: spectrum(),
+                roughness: rough(),
+                thickness: 0.02.into(),
+                eta: eta(),
+                g: 0.0.into(),
+                albedo: SpectrumDesc::Constant(0.0).into(),
+                max_depth: 10,
+                n_samples: 1,
+            },
+        ]
+    }
+
+    const LOOKUPS: [(f32, f32); 3] = [(0.8, 0.5), (0.3, 0.9), (0.95, -0.6)];
+
+    fn direction(z: f32) -> LocalDir {
+        LocalDir::normalize(Vec3::new(0.3, -0.4, z))
+    }
+
+    #[test]
+    fn the_way_for_constants_gives_what_the_way_for_textures_gives() {
+        let nodes = || {
+            let float = |x| (TextureKind::Float, disguised(x));
+            vec![float(0.25), float(0.02), (TextureKind::Spectrum, disguised(0.6))]
+        };
+        for colors in [RGB, SPECTRAL] {
+            let mut wl = if colors == RGB {
+                Wavelengths::RGB
+            } else {
+                Wavelengths::new([450.0, 550.0, 600.0, 700.0], [0.004; 4])
+            };
+            let (plain_scene, textured_scene) = (scene(kinds(false), vec![]), scene(kinds(true), nodes()));
+            let (plain, none, _) = compile(&plain_scene, colors);
+            let (textured, textures, sink) = compile(&textured_scene, colors);
+            assert!(sink.diagnostics().is_empty(), "{sink:?}");
+            for i in 0..plain.len() {
+                let si = SurfaceInteraction { material: MaterialId(i as u32), ..point() };
+                assert_eq!(plain.list[i].constant.is_some(), colors == RGB, "{i}");
+                assert!(textured.list[i].constant.is_none());
+                let a = plain.shade(&none, &si, &Footprint::default(), &mut wl).unwrap();
+                let b = textured.shade(&textures, &si, &Footprint::default(), &mut wl).unwrap();
+                for (zo, zi) in LOOKUPS {
+                    let eval =
+                        |s: &Shading| s.bsdf.eval(direction(zo), direction(zi), TransportMode::Radiance);
+                    let (x, y) = (eval(&a).lanes(), eval(&b).lanes());
+                    for (x, y) in x.iter().zip(y) {
+                        // The table of coats over all roughnesses is interpolated.
+                        assert!((x - y).abs() <= 0.01 * x.abs() + 1e-6, "kind {i}: {x} {y}");
+                    }
+                }
+                assert_eq!(a.frame, b.frame);
+            }
+        }
+    }
+
+    #[test]
+    fn a_mixture_has_its_share_of_each_and_is_the_same_for_every_path() {
+        let grey = |x| MaterialKind::Diffuse { reflectance: SpectrumDesc::Constant(x).into() };
+        let mix = |a, b, amount: f32| MaterialKind::Mix {
+            materials: [scene_desc::MaterialId(a), scene_desc::MaterialId(b)],
+            amount: amount.into(),
+        };
+        let scene = scene(
+            vec![mix(1, 2, 0.25), grey(0.0), mix(3, 4, 0.5), grey(0.5), MaterialKind::Interface],
+            vec![],
+        );
+        let (materials, textures, sink) = compile(&scene, RGB);
+        assert!(sink.diagnostics().is_empty());
+        let n = 40_000;
+        let mut counts = [0_u32; 3];
+        for i in 0..n {
+            let mut si = point();
+            si.p = Point::new(i as f32 * 0.001, (i % 7) as f32, 0.5);
+            let shade = |wo| {
+                let si = SurfaceInteraction { wo, ..si };
+                materials.shade(&textures, &si, &Footprint::default(), &mut Wavelengths::RGB.clone())
+            };
+            let what = |s: Option<Shading>| match s {
+                None => 2,
+                Some(s) if s.bsdf.albedo_estimate(LocalDir::NORMAL) == Spectrum::ZERO => 0,
+                Some(_) => 1,
+            };
+            let kind = what(shade(Dir::Z));
+            assert_eq!(kind, what(shade(Dir(Vec3::X))));
+            assert_eq!(kind == 2, materials.is_interface(&textures, &si));
+            counts[kind] += 1;
+        }
+        // Five deviations of a binomial.
+        for (count, p) in counts.into_iter().zip([0.75, 0.125, 0.125]) {
+            let deviation = (f64::from(n) * p * (1.0 - p)).sqrt();
+            assert!((f64::from(count) - f64::from(n) * p).abs() < 5.0 * deviation, "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn a_mixture_of_itself_is_an_error() {
+        let mix = |a, b| MaterialKind::Mix {
+            materials: [scene_desc::MaterialId(a), scene_desc::MaterialId(b)],
+            amount: 0.5.into(),
+        };
+        let (_, _, sink) = compile(&scene(vec![mix(1, 1), mix(0, 0)], vec![]), RGB);
+        assert!(sink.has_errors());
+        let (_, _, sink) = compile(&scene(vec![mix(7, 0)], vec![]), RGB);
+        assert_eq!(sink.diagnostics()[0].message, "there is no material 7 to mix");
+    }
+
+    #[test]
+    fn a_width_of_one_thousandth_is_a_mirror() {
+        let glass = |r: f32, remap| MaterialKind::Dielectric {
+            eta: IndexOfRefraction::Constant(1.5),
+            roughness: Roughness { u: r.into(), v: r.into(), remap },
+        };
+        let (materials, textures, _) = compile(
+            &scene(
+                vec![glass(0.001, false), glass(0.0011, false), glass(1e-6, true), glass(0.01, true)],
+                vec![],
+            ),
+            RGB,
+        );
+        let smooth = [0, 1, 2, 3].map(|i| {
+            let si = SurfaceInteraction { material: MaterialId(i), ..point() };
+            let shading =
+                materials.shade(&textures, &si, &Footprint::default(), &mut Wavelengths::RGB.clone());
+            shading.unwrap().bsdf.is_delta_only()
+        });
+        assert_eq!(smooth, [true, false, true, false]);
+    }
+
+    #[test]
+    fn dispersive_glass_takes_the_hero_wavelength_and_in_rgb_says_so() {
+        let bk7 = || MaterialKind::Dielectric {
+            eta: IndexOfRefraction::Spectrum(SpectrumDesc::Named("glass-BK7".into())),
+            roughness: Roughness::smooth(),
+        };
+        let (materials, textures, sink) = compile(&scene(vec![bk7()], vec![]), SPECTRAL);
+        assert!(sink.diagnostics().is_empty());
+        let mut wl = Wavelengths::new([450.0, 550.0, 600.0, 700.0], [0.004; 4]);
+        assert!(materials.shade(&textures, &point(), &Footprint::default(), &mut wl).is_some());
+        assert!(wl.is_terminated());
+
+        let (materials, textures, sink) = compile(&scene(vec![bk7(), bk7()], vec![]), RGB);
+        assert_eq!(
+            sink.diagnostics()[0].message,
+            "dispersion needs spectral mode: 2 refractive indices are averaged"
+        );
+        let shading = materials
+            .shade(&textures, &point(), &Footprint::default(), &mut Wavelengths::RGB.clone())
+            .unwrap();
+        // ((n − 1)/(n + 1))² of n = 1.518, by the chance of reflection.
+        let reflected =
+            shading.bsdf.sample(LocalDir::NORMAL, 0.0, [0.5; 2], TransportMode::Radiance).unwrap();
+        let scatter::Density::Delta { probability } = reflected.density else { panic!("not a delta") };
+        assert!((probability - 0.0423).abs() < 2e-4, "{probability}");
+    }
+
+    #[test]
+    fn subsurface_warns_and_stands_in() {
+        let skin = MaterialKind::Subsurface {
+            profile: SubsurfaceProfile::Named("Skin1".into()),
+            scale: 1.0,
+            g: 0.0,
+            eta: 1.33,
+            roughness: Roughness::smooth(),
+        };
+        let (materials, textures, sink) = compile(&scene(vec![skin], vec![]), RGB);
+        assert_eq!(sink.diagnostics().len(), 1);
+        assert!(!sink.has_errors());
+        let shading = materials
+            .shade(&textures, &point(), &Footprint::default(), &mut Wavelengths::RGB.clone())
+            .unwrap();
+        let [r, g, b] = shading.bsdf.albedo_estimate(direction(0.8)).rgb();
+        assert!(r > g && g > b && r > 0.2 && r < 1.0, "{r} {g} {b}");
+    }
+
+    #[test]
+    fn a_bumpy_material_has_a_bent_frame() {
+        let mut scene = scene(
+            vec![MaterialKind::default_diffuse()],
+            vec![(
+                TextureKind::Float,
+                TextureNode::Bilerp {
+                    corners: [0.0, 0.0, 0.5, 0.5].map(TextureInput::Float),
+                    mapping: Mapping2d::default(),
+                },
+            )],
+        );
+        scene.materials[0].displacement = Some(FloatInput::Texture(scene_desc::TextureId(0)));
+        let (materials, textures, _) = compile(&scene, RGB);
+        let shading = materials
+            .shade(&textures, &point(), &Footprint::default(), &mut Wavelengths::RGB.clone())
+            .unwrap();
+        assert!(shading.frame.n.0.distance(Vec3::new(-0.5, 0.0, 1.0).normalize()) < 1e-3);
+        assert!(materials.list[0].constant.is_some());
+    }
+}

@@ -1,0 +1,405 @@
+//! From the textures of a description to flat arrays: only what is used, each spectrum texture once for each role,
+//! and what does not vary as the constant that it is.
+
+use math::Vec3;
+use scene_desc::{
+    FloatInput, ImageFilter, ImageId, LightKind, SceneDesc, ShapeDesc, Sink, Span, SpectrumDesc,
+    SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
+};
+use spectrum::{ColorPipeline, SpectrumValue};
+
+use super::images::{ImageUse, Images};
+use super::mapping::{Mapping, Mapping3};
+use super::node::{
+    Combine, FloatHandle, FloatNode, ImageLookup, Noise, NoiseKind, SpectrumHandle, SpectrumNode, Textures,
+};
+use super::pattern::Marble;
+use super::spectra::{SpectrumRole, spectrum_value};
+use crate::TextureId;
+
+/// More texels than this along an ellipse's long axis help nobody.
+const MAX_ANISOTROPY: f32 = 64.0;
+
+/// Compiles textures as materials and shapes ask for them.
+#[derive(Debug)]
+pub struct TextureCompiler<'a> {
+    scene: &'a SceneDesc,
+    colors: ColorPipeline,
+    sink: &'a mut Sink,
+    floats: Vec<FloatNode>,
+    spectra: Vec<SpectrumNode>,
+    images: Vec<ImageUse>,
+    /// What each texture has become already: as numbers, and in each role.
+    float_of: Vec<Option<FloatHandle>>,
+    spectrum_of: Vec<[Option<SpectrumHandle>; 3]>,
+}
+
+impl<'a> TextureCompiler<'a> {
+    /// Of a scene, for a render's colours. The images of lights are loaded as well.
+    #[must_use]
+    pub fn new(scene: &'a SceneDesc, colors: ColorPipeline, sink: &'a mut Sink) -> Self {
+        let n = scene.textures.len();
+        let mut compiler = Self {
+            scene,
+            colors,
+            sink,
+            floats: Vec::new(),
+            spectra: Vec::new(),
+            images: vec![ImageUse::None; scene.images.len()],
+            float_of: vec![None; n],
+            spectrum_of: vec![[const { None }; 3]; n],
+        };
+        compiler.use_light_images();
+        compiler
+    }
+
+    /// Where to report.
+    pub fn sink(&mut self) -> &mut Sink {
+        self.sink
+    }
+
+    /// How colours become lanes.
+    #[must_use]
+    pub fn colors(&self) -> ColorPipeline {
+        self.colors
+    }
+
+    /// Compiles a number.
+    pub fn float(&mut self, input: &FloatInput, span: Span) -> FloatHandle {
+        match input {
+            FloatInput::Constant(c) => FloatHandle::Constant(*c),
+            FloatInput::Texture(id) => self.float_texture(*id, span),
+        }
+    }
+
+    /// Compiles a spectrum in a role.
+    pub fn spectrum(&mut self, input: &SpectrumInput, role: SpectrumRole, span: Span) -> SpectrumHandle {
+        match input {
+            SpectrumInput::Constant(desc) => SpectrumHandle::Constant(self.value(desc, role, span)),
+            SpectrumInput::Texture(id) => self.spectrum_texture(*id, role, span),
+        }
+    }
+
+    /// Compiles a spectrum without textures.
+    pub fn value(&mut self, desc: &SpectrumDesc, role: SpectrumRole, span: Span) -> SpectrumValue {
+        spectrum_value(desc, role, self.colors, span, self.sink)
+    }
+
+    /// Says that an image will be looked up.
+    pub fn use_image(&mut self, image: ImageId) {
+        self.need(image, ImageUse::Base);
+    }
+
+    /// Reads the images (in parallel) and gives everything that was asked for.
+    #[must_use]
+    pub fn finish(self) -> Textures {
+        let images = Images::load(&self.scene.images, &self.images, self.sink);
+        Textures { floats: self.floats, spectra: self.spectra, images, colors: self.colors }
+    }
+
+    fn need(&mut self, image: ImageId, what: ImageUse) {
+        if let Some(current) = self.images.get_mut(image.index()) {
+            *current = (*current).max(what);
+        }
+    }
+
+    fn use_light_images(&mut self) {
+        let scene = self.scene;
+        for light in &scene.lights {
+            match light.kind {
+                LightKind::InfiniteImage { image, .. } | LightKind::Projection { image, .. } => {
+                    self.use_image(image);
+                }
+                LightKind::Goniometric { image, .. } => image.into_iter().for_each(|i| self.use_image(i)),
+                LightKind::Point { .. }
+                | LightKind::Spot { .. }
+                | LightKind::Distant { .. }
+                | LightKind::InfiniteConstant { .. } => {}
+            }
+        }
+        let in_objects = scene.objects.iter().flat_map(|o| &o.shapes);
+        let image_of = |s: &ShapeDesc| s.area_light.as_ref().and_then(|l| l.image);
+        for image in scene.shapes.iter().chain(in_objects).filter_map(image_of) {
+            self.use_image(image);
+        }
+    }
+
+    /// A texture, if it is there and earlier than `before`.
+    fn texture(&mut self, id: scene_desc::TextureId, before: usize, span: Span) -> Option<&'a TextureDesc> {
+        let scene = self.scene;
+        let found = scene.textures.get(id.index()).filter(|_| id.index() < before);
+        if found.is_none() {
+            self.sink
+                .error(span, format!("texture {} is not among the {before} made before it", id.0))
+                .hint("a texture can only use textures that come earlier in the file");
+        }
+        found
+    }
+
+    fn float_texture(&mut self, id: scene_desc::TextureId, span: Span) -> FloatHandle {
+        let Some(desc) = self.texture(id, self.scene.textures.len(), span) else {
+            return FloatHandle::Constant(0.0);
+        };
+        if let Some(handle) = self.float_of[id.index()] {
+            return handle;
+        }
+        let handle = if desc.kind == TextureKind::Float {
+            self.float_node(desc, id.index())
+        } else {
+            self.sink
+                .error(span, format!("texture \"{}\" gives spectra where numbers are needed", desc.name))
+                .hint("declare it as a float texture");
+            FloatHandle::Constant(0.0)
+        };
+        self.float_of[id.index()] = Some(handle);
+        handle
+    }
+
+    fn float_node(&mut self, desc: &TextureDesc, index: usize) -> FloatHandle {
+        let span = desc.span;
+        let mut operand = |this: &mut Self, input: &TextureInput| match input {
+            TextureInput::Float(x) => FloatHandle::Constant(*x),
+            TextureInput::Spectrum(_) => {
+                this.sink.error(span, "a spectrum where a number is needed");
+                FloatHandle::Constant(0.0)
+            }
+            TextureInput::Texture(id) => match this.texture(*id, index, span) {
+                Some(_) => this.float_texture(*id, span),
+                None => FloatHandle::Constant(0.0),
+            },
+        };
+        let node = match &desc.node {
+            TextureNode::Constant(value) => return operand(self, value),
+            TextureNode::ImageMap { .. } => match self.image_lookup(desc) {
+                Some(lookup) => FloatNode::Image(lookup),
+                None => return FloatHandle::Constant(0.0),
+            },
+            TextureNode::Marble { .. } => {
+                self.sink.error(span, "marble gives spectra, not numbers");
+                return FloatHandle::Constant(0.0);
+            }
+            TextureNode::Fbm { .. } | TextureNode::Wrinkled { .. } | TextureNode::Windy { .. } => {
+                match noise_of(&desc.node) {
+                    Some(noise) => FloatNode::Noise(noise),
+                    None => return FloatHandle::Constant(0.0),
+                }
+            }
+            TextureNode::Scale { .. }
+            | TextureNode::Mix { .. }
+            | TextureNode::DirectionMix { .. }
+            | TextureNode::Checkerboard { .. }
+            | TextureNode::Bilerp { .. }
+            | TextureNode::Dots { .. } => match self.combine(desc, index, &mut operand) {
+                Some(node) => match fold(&node) {
+                    Some(constant) => return FloatHandle::Constant(constant),
+                    None => FloatNode::Combine(node),
+                },
+                None => return FloatHandle::Constant(0.0),
+            },
+        };
+        self.floats.push(node);
+        FloatHandle::Texture(next_id(self.floats.len()))
+    }
+
+    fn spectrum_texture(
+        &mut self,
+        id: scene_desc::TextureId,
+        role: SpectrumRole,
+        span: Span,
+    ) -> SpectrumHandle {
+        let black = SpectrumHandle::Constant(SpectrumValue::ZERO);
+        let Some(desc) = self.texture(id, self.scene.textures.len(), span) else { return black };
+        if let Some(handle) = &self.spectrum_of[id.index()][role as usize] {
+            return handle.clone();
+        }
+        let handle = match desc.kind {
+            TextureKind::Spectrum => self.spectrum_node(desc, id.index(), role),
+            TextureKind::Float => {
+                let number = self.float_texture(id, span);
+                self.grey(number)
+            }
+        };
+        self.spectrum_of[id.index()][role as usize] = Some(handle.clone());
+        handle
+    }
+
+    fn spectrum_node(&mut self, desc: &TextureDesc, index: usize, role: SpectrumRole) -> SpectrumHandle {
+        let black = || SpectrumHandle::Constant(SpectrumValue::ZERO);
+        let span = desc.span;
+        let mut operand = |this: &mut Self, input: &TextureInput| match input {
+            TextureInput::Float(x) => {
+                SpectrumHandle::Constant(this.value(&SpectrumDesc::Constant(*x), role, span))
+            }
+            TextureInput::Spectrum(value) => SpectrumHandle::Constant(this.value(value, role, span)),
+            TextureInput::Texture(id) => match this.texture(*id, index, span) {
+                Some(_) => this.spectrum_texture(*id, role, span),
+                None => SpectrumHandle::Constant(SpectrumValue::ZERO),
+            },
+        };
+        let node = match &desc.node {
+            TextureNode::Constant(value) => return operand(self, value),
+            TextureNode::ImageMap { .. } => match self.image_lookup(desc) {
+                Some(lookup) => SpectrumNode::Image(lookup, role),
+                None => return black(),
+            },
+            TextureNode::Marble { octaves, roughness, scale, variation, texture_from_world } => {
+                let marble =
+                    Marble { octaves: *octaves, omega: *roughness, scale: *scale, variation: *variation };
+                SpectrumNode::Marble(marble, Mapping3::compile(texture_from_world))
+            }
+            TextureNode::Fbm { .. } | TextureNode::Wrinkled { .. } | TextureNode::Windy { .. } => {
+                let number = self.float_node(desc, index);
+                return self.grey(number);
+            }
+            TextureNode::Scale { .. }
+            | TextureNode::Mix { .. }
+            | TextureNode::DirectionMix { .. }
+            | TextureNode::Checkerboard { .. }
+            | TextureNode::Bilerp { .. }
+            | TextureNode::Dots { .. } => match self.combine(desc, index, &mut operand) {
+                Some(Combine::Scale {
+                    tex: SpectrumHandle::Constant(value),
+                    scale: FloatHandle::Constant(factor),
+                }) => return SpectrumHandle::Constant(value.scaled(factor)),
+                Some(node) => SpectrumNode::Combine(node),
+                None => return black(),
+            },
+        };
+        self.push_spectrum(node)
+    }
+
+    fn grey(&mut self, number: FloatHandle) -> SpectrumHandle {
+        match number {
+            FloatHandle::Constant(c) => SpectrumHandle::Constant(SpectrumValue::constant(c)),
+            FloatHandle::Texture(_) => self.push_spectrum(SpectrumNode::Grey(number)),
+        }
+    }
+
+    fn push_spectrum(&mut self, node: SpectrumNode) -> SpectrumHandle {
+        self.spectra.push(node);
+        SpectrumHandle::Texture(next_id(self.spectra.len()))
+    }
+
+    /// The textures made of others; `None` for those that are not.
+    fn combine<H>(
+        &mut self,
+        desc: &TextureDesc,
+        index: usize,
+        operand: &mut impl FnMut(&mut Self, &TextureInput) -> H,
+    ) -> Option<Combine<H>> {
+        let span = desc.span;
+        let number = |this: &mut Self, input: &FloatInput| match input {
+            FloatInput::Texture(id) if this.texture(*id, index, span).is_none() => FloatHandle::Constant(0.0),
+            FloatInput::Texture(_) | FloatInput::Constant(_) => this.float(input, span),
+        };
+        Some(match &desc.node {
+            TextureNode::Scale { tex, scale } => {
+                Combine::Scale { tex: operand(self, tex), scale: number(self, scale) }
+            }
+            TextureNode::Mix { a, b, amount } => {
+                Combine::Mix { a: operand(self, a), b: operand(self, b), amount: number(self, amount) }
+            }
+            TextureNode::DirectionMix { a, b, dir } => Combine::DirectionMix {
+                a: operand(self, a),
+                b: operand(self, b),
+                dir: dir.try_normalize().unwrap_or(Vec3::Y),
+            },
+            TextureNode::Checkerboard { a, b, mapping: Some(mapping), .. } => Combine::Checkerboard {
+                a: operand(self, a),
+                b: operand(self, b),
+                mapping: Mapping::compile(mapping),
+            },
+            TextureNode::Checkerboard { a, b, mapping: None, texture_from_world } => Combine::Cubes {
+                a: operand(self, a),
+                b: operand(self, b),
+                mapping: Mapping3::compile(texture_from_world),
+            },
+            TextureNode::Bilerp { corners, mapping } => Combine::Bilerp {
+                corners: Box::new(corners.each_ref().map(|c| operand(self, c))),
+                mapping: Mapping::compile(mapping),
+            },
+            TextureNode::Dots { inside, outside, mapping } => Combine::Dots {
+                inside: operand(self, inside),
+                outside: operand(self, outside),
+                mapping: Mapping::compile(mapping),
+            },
+            TextureNode::Constant(_)
+            | TextureNode::Fbm { .. }
+            | TextureNode::Wrinkled { .. }
+            | TextureNode::Windy { .. }
+            | TextureNode::Marble { .. }
+            | TextureNode::ImageMap { .. } => return None,
+        })
+    }
+
+    /// How an image map is looked up; `None` (and an error) if its image is not in the description.
+    fn image_lookup(&mut self, desc: &TextureDesc) -> Option<ImageLookup> {
+        let TextureNode::ImageMap { image, mapping, wrap, filter, max_anisotropy, scale, invert } =
+            &desc.node
+        else {
+            return None;
+        };
+        if image.index() >= self.scene.images.len() {
+            self.sink.error(desc.span, format!("there is no image {}", image.0));
+            return None;
+        }
+        self.need(
+            *image,
+            match filter {
+                ImageFilter::Point | ImageFilter::Bilinear => ImageUse::Base,
+                ImageFilter::Trilinear | ImageFilter::Ewa => ImageUse::Pyramid,
+            },
+        );
+        Some(ImageLookup {
+            image: *image,
+            mapping: Mapping::compile(mapping),
+            wrap: *wrap,
+            filter: *filter,
+            max_anisotropy: max_anisotropy.clamp(1.0, MAX_ANISOTROPY),
+            scale: *scale,
+            invert: *invert,
+        })
+    }
+}
+
+fn next_id(len: usize) -> TextureId {
+    TextureId(u32::try_from(len - 1).unwrap_or(u32::MAX))
+}
+
+fn noise_of(node: &TextureNode) -> Option<Noise> {
+    let (kind, octaves, omega, texture_from_world) = match node {
+        TextureNode::Fbm { octaves, roughness, texture_from_world } => {
+            (NoiseKind::Fbm, *octaves, *roughness, texture_from_world)
+        }
+        TextureNode::Wrinkled { octaves, roughness, texture_from_world } => {
+            (NoiseKind::Wrinkled, *octaves, *roughness, texture_from_world)
+        }
+        TextureNode::Windy { texture_from_world } => (NoiseKind::Windy, 0, 0.0, texture_from_world),
+        TextureNode::Constant(_)
+        | TextureNode::Scale { .. }
+        | TextureNode::Mix { .. }
+        | TextureNode::DirectionMix { .. }
+        | TextureNode::Checkerboard { .. }
+        | TextureNode::Bilerp { .. }
+        | TextureNode::Dots { .. }
+        | TextureNode::Marble { .. }
+        | TextureNode::ImageMap { .. } => return None,
+    };
+    Some(Noise { kind, octaves, omega, mapping: Mapping3::compile(texture_from_world) })
+}
+
+/// The value of a texture of constants, where that is a constant.
+fn fold(node: &Combine<FloatHandle>) -> Option<f32> {
+    use FloatHandle::Constant;
+    match node {
+        Combine::Scale { tex: Constant(a), scale: Constant(b) } => Some(a * b),
+        Combine::Mix { a: Constant(a), b: Constant(b), amount: Constant(t) } => Some(a * (1.0 - t) + b * t),
+        Combine::Scale { .. }
+        | Combine::Mix { .. }
+        | Combine::DirectionMix { .. }
+        | Combine::Checkerboard { .. }
+        | Combine::Cubes { .. }
+        | Combine::Bilerp { .. }
+        | Combine::Dots { .. } => None,
+    }
+}

@@ -1,0 +1,276 @@
+//! Compiled textures and their values at a point.
+//!
+//! A texture that is the same everywhere is no texture: its handle holds the value. Formulas and the order of
+//! factor, inversion and limits are pbrt-v4's ([PBR4e], ch. 10).
+//! Departs from pbrt-v4: point and bilinear lookups of images ignore the footprint (see `pyramid`).
+
+use std::ops::{Add, Mul};
+
+use math::{Vec2, Vec3};
+use scene_desc::{ImageFilter, ImageId, WrapMode};
+use spectrum::{ColorPipeline, ColorSpace, Spectrum, SpectrumValue, Wavelengths};
+
+use super::images::Images;
+use super::mapping::{Coord2, Mapping, Mapping3};
+use super::noise::{Octaves, fbm, turbulence};
+use super::pattern::{Marble, checkerboard_2d, checkerboard_3d, inside_dot, marble};
+use super::spectra::SpectrumRole;
+use super::texture_image::{Texel, TextureImage};
+use crate::{TextureContext, TextureId};
+
+/// A number, or where to look it up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FloatHandle {
+    /// The same everywhere.
+    Constant(f32),
+    /// A texture of numbers.
+    Texture(TextureId),
+}
+
+/// A spectrum, or where to look it up.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpectrumHandle {
+    /// The same everywhere.
+    Constant(SpectrumValue),
+    /// A texture of spectra.
+    Texture(TextureId),
+}
+
+/// All textures of a scene, and the images that they and lights look up.
+#[derive(Clone, Debug)]
+pub struct Textures {
+    pub(super) floats: Vec<FloatNode>,
+    pub(super) spectra: Vec<SpectrumNode>,
+    pub(super) images: Images,
+    pub(super) colors: ColorPipeline,
+}
+
+/// A texture of numbers.
+#[derive(Clone, Debug)]
+pub(super) enum FloatNode {
+    /// Made of others.
+    Combine(Combine<FloatHandle>),
+    /// Noise.
+    Noise(Noise),
+    /// An image.
+    Image(ImageLookup),
+}
+
+/// A texture of spectra.
+#[derive(Clone, Debug)]
+pub(super) enum SpectrumNode {
+    /// Made of others.
+    Combine(Combine<SpectrumHandle>),
+    /// A number, the same in all lanes.
+    Grey(FloatHandle),
+    /// Coloured veins.
+    Marble(Marble, Mapping3),
+    /// An image.
+    Image(ImageLookup, SpectrumRole),
+}
+
+/// A texture made of others, of numbers or of spectra alike.
+#[derive(Clone, Debug)]
+pub(super) enum Combine<H> {
+    /// A product.
+    Scale { tex: H, scale: FloatHandle },
+    /// `(1 − amount) a + amount b`.
+    Mix { a: H, b: H, amount: FloatHandle },
+    /// `|n · dir| a + (1 − |n · dir|) b`.
+    DirectionMix { a: H, b: H, dir: Vec3 },
+    /// Squares.
+    Checkerboard { a: H, b: H, mapping: Mapping },
+    /// Cubes.
+    Cubes { a: H, b: H, mapping: Mapping3 },
+    /// Values at (s, t) = (0,0), (0,1), (1,0), (1,1).
+    Bilerp { corners: Box<[H; 4]>, mapping: Mapping },
+    /// Dots.
+    Dots { inside: H, outside: H, mapping: Mapping },
+}
+
+/// Textures of noise alone.
+#[derive(Clone, Debug)]
+pub(super) struct Noise {
+    pub(super) kind: NoiseKind,
+    pub(super) octaves: u32,
+    pub(super) omega: f32,
+    pub(super) mapping: Mapping3,
+}
+
+/// Their kinds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NoiseKind {
+    /// Fractional Brownian motion.
+    Fbm,
+    /// Turbulence.
+    Wrinkled,
+    /// Waves.
+    Windy,
+}
+
+/// How an image is looked up.
+#[derive(Clone, Debug)]
+pub(super) struct ImageLookup {
+    pub(super) image: ImageId,
+    pub(super) mapping: Mapping,
+    pub(super) wrap: WrapMode,
+    pub(super) filter: ImageFilter,
+    pub(super) max_anisotropy: f32,
+    pub(super) scale: f32,
+    pub(super) invert: bool,
+}
+
+impl Textures {
+    /// No textures: enough for handles of constants.
+    #[must_use]
+    pub fn none(colors: ColorPipeline) -> Self {
+        Self { floats: Vec::new(), spectra: Vec::new(), images: Images::default(), colors }
+    }
+
+    /// The value of a number at a point.
+    #[inline]
+    #[must_use]
+    pub fn float(&self, handle: &FloatHandle, ctx: &TextureContext) -> f32 {
+        match handle {
+            FloatHandle::Constant(c) => *c,
+            FloatHandle::Texture(id) => self.eval_float(*id, ctx),
+        }
+    }
+
+    /// The value of a spectrum at a point, at a path's lanes. Albedos are not limited here: `Scale` may exceed one.
+    #[inline]
+    #[must_use]
+    pub fn spectrum(&self, handle: &SpectrumHandle, ctx: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        match handle {
+            SpectrumHandle::Constant(value) => value.eval(wl),
+            SpectrumHandle::Texture(id) => self.eval_spectrum(*id, ctx, wl),
+        }
+    }
+
+    /// The chance that a surface is there at all (cut-outs), at its (u, v).
+    #[inline]
+    #[must_use]
+    pub fn alpha(&self, handle: &FloatHandle, ctx: &TextureContext) -> f32 {
+        self.float(handle, ctx).clamp(0.0, 1.0)
+    }
+
+    /// The decoded images, by the description's ids.
+    #[must_use]
+    pub fn images(&self) -> &Images {
+        &self.images
+    }
+
+    /// How colours become lanes.
+    #[must_use]
+    pub fn colors(&self) -> ColorPipeline {
+        self.colors
+    }
+
+    /// Bytes that textures and images take.
+    #[must_use]
+    pub fn memory(&self) -> usize {
+        self.images.memory()
+            + self.floats.len() * size_of::<FloatNode>()
+            + self.spectra.len() * size_of::<SpectrumNode>()
+    }
+
+    fn eval_float(&self, id: TextureId, ctx: &TextureContext) -> f32 {
+        match &self.floats[id.index()] {
+            FloatNode::Combine(c) => c.eval(ctx, |h| self.float(h, ctx), |h| self.float(h, ctx)),
+            FloatNode::Noise(n) => n.eval(ctx),
+            FloatNode::Image(lookup) => {
+                let value = lookup.scale * lookup.filtered::<f32>(self.images.get(lookup.image), ctx);
+                if lookup.invert { (1.0 - value).max(0.0) } else { value }
+            }
+        }
+    }
+
+    fn eval_spectrum(&self, id: TextureId, ctx: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        match &self.spectra[id.index()] {
+            SpectrumNode::Combine(c) => c.eval(ctx, |h| self.float(h, ctx), |h| self.spectrum(h, ctx, wl)),
+            SpectrumNode::Grey(h) => Spectrum::splat(self.float(h, ctx)),
+            SpectrumNode::Marble(m, mapping) => {
+                self.colors.texel_albedo(ColorSpace::Srgb, marble(m, &mapping.map(ctx)), wl)
+            }
+            SpectrumNode::Image(lookup, role) => {
+                let image = self.images.get(lookup.image);
+                let rgb = lookup.scale * lookup.filtered::<Vec3>(image, ctx);
+                let rgb = if lookup.invert { 1.0 - rgb } else { rgb }.max(Vec3::ZERO).to_array();
+                let space = image.color_space();
+                match role {
+                    SpectrumRole::Albedo => self.colors.texel_albedo(space, rgb, wl),
+                    SpectrumRole::Unbounded => self.colors.texel_unbounded(space, rgb, wl),
+                    SpectrumRole::Illuminant => self.colors.texel_illuminant(space, rgb, wl),
+                }
+            }
+        }
+    }
+}
+
+impl<H> Combine<H> {
+    /// The value at a point; operands that do not count are not looked up.
+    fn eval<V>(&self, ctx: &TextureContext, float: impl Fn(&FloatHandle) -> f32, value: impl Fn(&H) -> V) -> V
+    where
+        V: Copy + Add<Output = V> + Mul<f32, Output = V>,
+    {
+        let mix = |a: &H, b: &H, t: f32| match t {
+            0.0 => value(a),
+            1.0 => value(b),
+            t => value(a) * (1.0 - t) + value(b) * t,
+        };
+        match self {
+            Self::Scale { tex, scale } => value(tex) * float(scale),
+            Self::Mix { a, b, amount } => mix(a, b, float(amount)),
+            Self::DirectionMix { a, b, dir } => mix(b, a, ctx.n.0.dot(*dir).abs()),
+            Self::Checkerboard { a, b, mapping } => mix(a, b, checkerboard_2d(&mapping.map(ctx))),
+            Self::Cubes { a, b, mapping } => mix(a, b, checkerboard_3d(&mapping.map(ctx))),
+            Self::Bilerp { corners, mapping } => {
+                let Vec2 { x: s, y: t } = mapping.map(ctx).st;
+                let [v00, v01, v10, v11] = &**corners;
+                (value(v00) * (1.0 - t) + value(v01) * t) * (1.0 - s)
+                    + (value(v10) * (1.0 - t) + value(v11) * t) * s
+            }
+            Self::Dots { inside, outside, mapping } => {
+                if inside_dot(mapping.map(ctx).st) {
+                    value(inside)
+                } else {
+                    value(outside)
+                }
+            }
+        }
+    }
+}
+
+impl Noise {
+    fn eval(&self, ctx: &TextureContext) -> f32 {
+        let c = self.mapping.map(ctx);
+        let octaves = |scale: f32, omega: f32, max: u32| Octaves {
+            p: c.p * scale,
+            footprint: [c.dx * scale, c.dy * scale],
+            omega,
+            max,
+        };
+        match self.kind {
+            NoiseKind::Fbm => fbm(&octaves(1.0, self.omega, self.octaves)),
+            NoiseKind::Wrinkled => turbulence(&octaves(1.0, self.omega, self.octaves)),
+            // Gusts of wind over waves ten times finer [PBR3e], sec. 10.6.3.
+            NoiseKind::Windy => fbm(&octaves(0.1, 0.5, 3)).abs() * fbm(&octaves(1.0, 0.5, 6)),
+        }
+    }
+}
+
+impl ImageLookup {
+    /// The image around a point, before factor and inversion.
+    fn filtered<T: Texel>(&self, image: &TextureImage, ctx: &TextureContext) -> T {
+        // t runs upwards, rows run downwards.
+        let Coord2 { st, dx, dy } = self.mapping.map(ctx);
+        let st = Vec2::new(st.x, 1.0 - st.y);
+        let d = [Vec2::new(dx.x, -dx.y), Vec2::new(dy.x, -dy.y)];
+        match self.filter {
+            ImageFilter::Point => image.level_0().nearest(st, self.wrap),
+            ImageFilter::Bilinear => image.level_0().bilinear(st, self.wrap),
+            ImageFilter::Trilinear => image.trilinear(st, d, self.wrap),
+            ImageFilter::Ewa => image.ewa(st, d, self.max_anisotropy, self.wrap),
+        }
+    }
+}
