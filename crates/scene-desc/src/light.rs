@@ -2,7 +2,7 @@
 
 use math::{AnimatedTransform, Vec3};
 
-use crate::{ImageId, MediumId, Span, SpectrumDesc};
+use crate::{ImageId, MediumId, Span, SpectrumDesc, SphericalMapping};
 
 /// An emission spectrum with its size.
 ///
@@ -77,15 +77,18 @@ pub enum LightKind {
         /// Illuminance of a horizontal surface instead of the scale.
         illuminance: Option<f32>,
     },
-    /// From everywhere, by an image in pbrt's equal-area octahedral mapping.
+    /// From everywhere, by an image.
     InfiniteImage {
         /// Which.
         image: ImageId,
+        /// From the image to directions of light space: pbrt's equal-area octahedral map, or longitude and latitude
+        /// with z up, φ from +x towards +y along the rows and θ from +z down the columns.
+        mapping: SphericalMapping,
         /// Factor on radiance.
         scale: f32,
         /// Illuminance of a horizontal surface instead of the scale.
         illuminance: Option<f32>,
-        /// Corners of a window through which all of it comes, in light space.
+        /// Corners of a window through which all of it comes, in world space (as in pbrt).
         portal: Option<[Vec3; 4]>,
     },
     /// A point light with an image of its directions (equal-area).

@@ -4,15 +4,19 @@
 //! `scatter`, loops over bounces in `integrators`.
 
 mod cameras;
-mod equal_area;
 mod ids;
 mod interaction;
+mod lights;
+mod linear_map;
 mod materials;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
+pub use lights::{
+    EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightSample, Lights, LightsBuilder,
+};
 pub use materials::{Materials, Shading};
 pub use textures::{
     FloatHandle, Images, SpectrumHandle, SpectrumRole, TextureCompiler, TextureImage, Textures, color_space,

@@ -1,7 +1,7 @@
 //! `LightSource` and `AreaLightSource`.
 
 use math::Vec3;
-use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind};
+use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind, SphericalMapping};
 
 use super::build::Build;
 use super::params::{Params, Type};
@@ -142,7 +142,13 @@ impl Build<'_, '_> {
         }
         let scale = p.float("scale", 1.0, self.report);
         let image = self.image_param(p, "filename", ImageEncoding::Auto)?;
-        Some(LightKind::InfiniteImage { image, scale, illuminance, portal })
+        Some(LightKind::InfiniteImage {
+            image,
+            mapping: SphericalMapping::EqualArea,
+            scale,
+            illuminance,
+            portal,
+        })
     }
 
     /// Builds all area lights; `None` where one could not be made.

@@ -26,10 +26,9 @@ mod importance;
 mod pose;
 
 use math::{Dir, Point, Ray, Vec3, trig};
-use sampling::{Area, Pdf, SolidAngle};
+use sampling::{Area, Pdf, SolidAngle, warp};
 use scene_desc::{CameraDesc, CameraKind, SphericalMapping};
 
-use crate::equal_area;
 use aperture::Aperture;
 use footprint::PixelDifferentials;
 use pose::{Placement, Pose};
@@ -291,7 +290,7 @@ fn screen_window(desc: &CameraDesc, resolution: [u32; 2]) -> Option<[f32; 4]> {
 /// Directions of a spherical camera. pbrt's sphere mappings have z up; cameras have y up.
 fn spherical_direction(mapping: SphericalMapping, uv: [f32; 2]) -> Vec3 {
     let d = match mapping {
-        SphericalMapping::EqualArea => equal_area::direction(equal_area::wrap(uv)),
+        SphericalMapping::EqualArea => warp::equal_area_sphere(wrap_square(uv)).0,
         SphericalMapping::EquiRectangular => {
             let (sin_theta, cos_theta) = trig::sin_cos(std::f32::consts::PI * uv[1]);
             let (sin_phi, cos_phi) = trig::sin_cos(std::f32::consts::TAU * uv[0]);
@@ -305,13 +304,45 @@ fn spherical_direction(mapping: SphericalMapping, uv: [f32; 2]) -> Vec3 {
 fn spherical_uv(mapping: SphericalMapping, dir: Vec3) -> [f32; 2] {
     let d = Vec3::new(dir.x, dir.z, dir.y);
     match mapping {
-        SphericalMapping::EqualArea => equal_area::square(d),
+        SphericalMapping::EqualArea => warp::equal_area_sphere_inverse(Dir(d)),
         SphericalMapping::EquiRectangular => {
             let phi = trig::atan2(d.y, d.x) / std::f32::consts::TAU;
             [
                 if phi < 0.0 { phi + 1.0 } else { phi },
                 trig::atan2((d.x * d.x + d.y * d.y).sqrt(), d.z) / std::f32::consts::PI,
             ]
+        }
+    }
+}
+
+/// Where a point just outside the equal-area square lies inside it: the sphere goes on across an edge mirrored
+/// about the edge's middle.
+fn wrap_square([mut x, mut y]: [f32; 2]) -> [f32; 2] {
+    if !(0.0..=1.0).contains(&x) {
+        (x, y) = (if x < 0.0 { -x } else { 2.0 - x }, 1.0 - y);
+    }
+    if !(0.0..=1.0).contains(&y) {
+        (x, y) = (1.0 - x, if y < 0.0 { -y } else { 2.0 - y });
+    }
+    [x, y]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_equal_area_square_continues_over_its_edges() {
+        let at = |p| warp::equal_area_sphere(wrap_square(p)).0;
+        for t in [0.1, 0.3, 0.7, 0.9] {
+            for (inside, outside) in [
+                ([1e-4, t], [-1e-4, t]),
+                ([1.0 - 1e-4, t], [1.0001, t]),
+                ([t, 1e-4], [t, -1e-4]),
+                ([t, 1.0 - 1e-4], [t, 1.0001]),
+            ] {
+                assert!((at(inside) - at(outside)).length() < 2e-3);
+            }
         }
     }
 }

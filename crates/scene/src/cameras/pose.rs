@@ -1,8 +1,10 @@
-//! Where the camera is: single-precision matrices at one moment.
+//! Where the camera is: single-precision maps at one moment.
 
 use std::borrow::Cow;
 
 use math::{AnimatedTransform, Dir, Point, Transform, Vec3};
+
+use crate::linear_map::AffineMap;
 
 /// The camera's place over time.
 #[derive(Clone, Debug)]
@@ -11,16 +13,10 @@ pub(super) enum Placement {
     Moving(AnimatedTransform),
 }
 
-/// The camera's place at one moment. Columns are the images of the axes.
+/// The camera's place at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
-    /// Camera axes in world space.
-    axes: [Vec3; 3],
-    origin: Vec3,
-    /// World axes in camera space.
-    inverse_axes: [Vec3; 3],
-    /// |det| of camera-from-world.
-    inverse_det: f32,
+    world_from_camera: AffineMap,
     /// World area of a unit of camera space's xy plane.
     film_scale: f32,
     /// +z of the film plane as a world normal.
@@ -30,51 +26,54 @@ pub(super) struct Pose {
 impl Placement {
     /// `None` if the transform is not finite or not affine.
     pub(super) fn new(t: &AnimatedTransform) -> Option<Self> {
-        let ok = |t: Transform| t.is_affine() && t.matrix().is_finite() && t.inverse_matrix().is_finite();
-        if !ok(t.start()) || !ok(t.end()) {
-            return None;
-        }
-        Some(if t.is_animated() { Self::Moving(*t) } else { Self::Fixed(Pose::new(&t.start())) })
+        let (start, _) = (Pose::new(&t.start())?, Pose::new(&t.end())?);
+        Some(if t.is_animated() { Self::Moving(*t) } else { Self::Fixed(start) })
     }
 
     #[inline]
     pub(super) fn at(&self, time: f32) -> Cow<'_, Pose> {
         match self {
             Self::Fixed(pose) => Cow::Borrowed(pose),
-            Self::Moving(t) => Cow::Owned(Pose::new(&t.at(time))),
+            // Between two affine keys every transform is affine.
+            Self::Moving(t) => Cow::Owned(Pose::new(&t.at(time)).unwrap_or_default()),
         }
     }
 }
 
+impl Default for Pose {
+    fn default() -> Self {
+        Self { world_from_camera: AffineMap::IDENTITY, film_scale: 1.0, forward: Dir::Z }
+    }
+}
+
 impl Pose {
-    fn new(t: &Transform) -> Self {
-        let (m, i) = (t.matrix(), t.inverse_matrix());
-        let axes = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.truncate());
-        let inverse = glam_mat3(&i);
-        Self {
-            axes: axes.map(|a| a.as_vec3()),
-            origin: m.w_axis.truncate().as_vec3(),
-            inverse_axes: [inverse[0], inverse[1], inverse[2]].map(|a| a.as_vec3()),
-            inverse_det: inverse[0].dot(inverse[1].cross(inverse[2])).abs() as f32,
-            film_scale: axes[0].cross(axes[1]).length() as f32,
-            forward: t.normal(Dir::Z),
-        }
+    fn new(t: &Transform) -> Option<Self> {
+        let world_from_camera = AffineMap::of(t)?;
+        let film_scale = world_from_camera.linear.area_ratio(Vec3::Z);
+        Some(Self { world_from_camera, film_scale, forward: world_from_camera.normal(Vec3::Z) })
     }
 
+    #[inline]
     pub(super) fn point(&self, p: Vec3) -> Point {
-        Point(self.origin + self.vector(p))
+        self.world_from_camera.point(p)
     }
 
+    #[inline]
     pub(super) fn vector(&self, v: Vec3) -> Vec3 {
-        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+        self.world_from_camera.linear.apply(v)
     }
 
     pub(super) fn camera_vector(&self, v: Vec3) -> Vec3 {
-        self.inverse_axes[0] * v.x + self.inverse_axes[1] * v.y + self.inverse_axes[2] * v.z
+        self.world_from_camera.linear.apply_inverse(v)
     }
 
     pub(super) fn camera_point(&self, p: Point) -> Vec3 {
-        self.camera_vector(p.0 - self.origin)
+        self.world_from_camera.inverse_point(p)
+    }
+
+    /// A normal into camera space; not unit.
+    pub(super) fn camera_normal(&self, n: Dir) -> Vec3 {
+        self.world_from_camera.linear.apply_inverse_normal(n.0)
     }
 
     /// The film plane's forward normal.
@@ -87,17 +86,8 @@ impl Pose {
         self.film_scale
     }
 
-    /// `dω_camera / dω_world` about a world direction whose image has the length `mapped`: |det M⁻¹| / |M⁻¹ w|³.
+    /// `dω_camera / dω_world` about a world direction whose image in camera space has the length `mapped`.
     pub(super) fn solid_angle_ratio(&self, mapped: f32) -> f32 {
-        self.inverse_det / (mapped * mapped * mapped)
+        self.world_from_camera.linear.inverse_solid_angle_ratio(mapped)
     }
-
-    /// A normal into camera space (not unit): by the transpose of world-from-camera.
-    pub(super) fn camera_normal(&self, n: Dir) -> Vec3 {
-        Vec3::new(self.axes[0].dot(n.0), self.axes[1].dot(n.0), self.axes[2].dot(n.0))
-    }
-}
-
-fn glam_mat3(m: &math::DMat4) -> [math::DVec3; 3] {
-    [m.x_axis.truncate(), m.y_axis.truncate(), m.z_axis.truncate()]
 }

@@ -1,0 +1,76 @@
+//! A surface that emits the same radiance in all directions of its side, or of both.
+
+use math::{Dir, Point, Vec2};
+use sampling::Pdf;
+use scatter::Density;
+use spectrum::{Spectrum, Wavelengths};
+
+use super::LightSample;
+use super::emission::Emission;
+use super::emitter::Emitter;
+use crate::LightId;
+
+/// An emitting surface.
+#[derive(Clone, Debug)]
+pub(crate) struct AreaLight {
+    pub(super) emitter: Emitter,
+    /// Index into the list of emissions.
+    pub(super) emission: u32,
+    /// On that emission.
+    pub(super) factor: f32,
+    pub(super) two_sided: bool,
+    /// Can rays hit it? pbrt's way to an invisible lamp is an alpha of zero.
+    pub(super) visible: bool,
+}
+
+impl AreaLight {
+    /// Light on the way to `from`. An invisible lamp is found by no ray: its sample counts like a delta's, with the
+    /// density divided out of `li`.
+    pub(super) fn sample(
+        &self,
+        emissions: &[Emission],
+        light: LightId,
+        from: Point,
+        u: [f32; 2],
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
+        let s = self.emitter.sample(from, u)?;
+        let wi = Dir((s.p - from).try_normalize()?);
+        let le = self.emitted(emissions, s.n, s.uv, -wi, wavelengths);
+        let (li, density) = if self.visible {
+            (le, Density::Smooth(s.pdf))
+        } else {
+            (le / Pdf::value(s.pdf), Density::Delta { probability: 1.0 })
+        };
+        Some(LightSample {
+            light,
+            li,
+            wi,
+            p: s.p,
+            p_error: s.p_error,
+            n: s.n,
+            uv: s.uv,
+            density,
+            is_infinite: false,
+        })
+    }
+
+    /// Radiance along `w_out` from where the emitting side's normal is `n`.
+    pub(super) fn emitted(
+        &self,
+        emissions: &[Emission],
+        n: Dir,
+        uv: Vec2,
+        w_out: Dir,
+        wavelengths: &Wavelengths,
+    ) -> Spectrum {
+        if !self.two_sided && n.dot(w_out) <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        emissions[self.emission as usize].eval(uv, wavelengths) * self.factor
+    }
+
+    pub(super) fn sides(&self) -> f32 {
+        if self.two_sided { 2.0 } else { 1.0 }
+    }
+}

@@ -1,0 +1,419 @@
+//! From descriptions to lights.
+//!
+//! The size of a light is pbrt-v4's: `scale` over the spectrum's luminance integral, times `power` (or
+//! `illuminance`) over what the light would emit. A mesh's `power` is each triangle's, as in pbrt-v4, where every
+//! triangle is a light.
+//!
+//! pbrt-v4 measures the illuminance of an image over the upper half of its square with the pixels' size of half a
+//! sphere; so do we, to get its pictures.
+
+use std::f32::consts::{PI, TAU};
+
+use math::{AnimatedTransform, Bounds, Dir, Frame, Point, Transform, Vec2, Vec3, trig};
+use sampling::distribution::PiecewiseConstant2D;
+use sampling::warp;
+use scene_desc::{AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, Sink, Span, SphericalMapping};
+use spectrum::ColorPipeline;
+
+use super::area::AreaLight;
+use super::delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, ScalarImage, SpotLight};
+use super::emission::{Emission, ImageEmission, LightImage, Lookup};
+use super::emitter::{Cylinder, Disk, Emitter, Patch, Sphere, Triangle};
+use super::infinite::{InfiniteConstant, InfiniteImage};
+use super::{Light, Lights};
+use crate::LightId;
+use crate::linear_map::AffineMap;
+
+/// Collects lights; [`LightsBuilder::finish`] makes them usable.
+pub struct LightsBuilder<'a> {
+    colors: ColorPipeline,
+    images: &'a dyn Fn(ImageId) -> LightImage,
+    lights: Lights,
+}
+
+/// An emitting shape in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterSource<'a> {
+    /// Its form.
+    pub geometry: EmitterGeometry<'a>,
+    /// Meshes without normals: does it emit to the side from which its corners run clockwise (reverse orientation
+    /// xor a map that swaps hands)? Analytic shapes: is the orientation reversed?
+    pub flip: bool,
+    /// Can rays hit it? `false` for an alpha of zero.
+    pub visible: bool,
+    /// What it emits.
+    pub desc: &'a AreaLightDesc,
+}
+
+/// Forms of emitters. Meshes are in world space; normals are empty or shading normals in world space, to whose side
+/// the surface emits; texture coordinates are empty or per vertex. Angles are in degrees, as in files.
+#[derive(Clone, Copy, Debug)]
+pub enum EmitterGeometry<'a> {
+    /// Each triangle is one light.
+    Mesh {
+        /// Vertices.
+        positions: &'a [Vec3],
+        /// Shading normals or empty.
+        normals: &'a [Vec3],
+        /// Texture coordinates or empty.
+        uvs: &'a [Vec2],
+        /// Corners.
+        indices: &'a [[u32; 3]],
+    },
+    /// Each patch is one light.
+    BilinearMesh {
+        /// Vertices.
+        positions: &'a [Vec3],
+        /// Shading normals or empty.
+        normals: &'a [Vec3],
+        /// Texture coordinates or empty.
+        uvs: &'a [Vec2],
+        /// Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
+        indices: &'a [[u32; 4]],
+    },
+    /// See [`scene_desc::Geometry::Sphere`].
+    Sphere {
+        /// Its radius.
+        radius: f32,
+        /// Kept between these.
+        z: [f32; 2],
+        /// Kept up to this angle, in degrees.
+        phi_max: f32,
+        /// Its place.
+        world_from_object: &'a Transform,
+    },
+    /// See [`scene_desc::Geometry::Disk`].
+    Disk {
+        /// Its z.
+        height: f32,
+        /// Outer and inner radius.
+        radii: [f32; 2],
+        /// Kept up to this angle, in degrees.
+        phi_max: f32,
+        /// Its place.
+        world_from_object: &'a Transform,
+    },
+    /// See [`scene_desc::Geometry::Cylinder`].
+    Cylinder {
+        /// Its radius.
+        radius: f32,
+        /// Its ends.
+        z: [f32; 2],
+        /// Kept up to this angle, in degrees.
+        phi_max: f32,
+        /// Its place.
+        world_from_object: &'a Transform,
+    },
+}
+
+impl<'a> LightsBuilder<'a> {
+    /// No lights yet. `images` gives an image of the scene, decoded.
+    #[must_use]
+    pub fn new(colors: ColorPipeline, images: &'a dyn Fn(ImageId) -> LightImage) -> Self {
+        Self { colors, images, lights: Lights::default() }
+    }
+
+    /// Adds a light that is not a surface. What is wrong with it goes to `sink`; a light that emits nothing still has
+    /// an id.
+    pub fn add_light(&mut self, desc: &LightDesc, sink: &mut Sink) -> LightId {
+        if desc.world_from_light.is_animated() {
+            sink.warning(desc.span, "lights do not move").hint("its place at the first key is used");
+        }
+        let light = Placed::new(self, desc, sink).and_then(|p| p.light(desc, sink));
+        if light.is_none() && !sink.has_errors() {
+            sink.warning(desc.span, "this light emits nothing");
+        }
+        self.push(light)
+    }
+
+    /// Adds the lights of an emitting shape: one for each triangle or patch, in their order, from the returned id on.
+    /// `None` for a shape that emits nothing, which is no light at all.
+    pub fn add_emitter(&mut self, source: &EmitterSource<'_>, sink: &mut Sink) -> Option<LightId> {
+        let desc = source.desc;
+        let emission = self.area_emission(desc, sink);
+        if emission.mean() <= 0.0 {
+            return None;
+        }
+        // Luminance of what the emission is with a scale of one: what `power` is measured with.
+        let unit_luminance = desc.image.map_or(1.0, |id| {
+            let image = (self.images)(id);
+            image.mean(|rgb, _| image.luminance(rgb))
+        });
+        let index = self.lights.emissions.len() as u32;
+        self.lights.emissions.push(emission);
+
+        let first = LightId(self.lights.list.len() as u32);
+        let mut any = false;
+        for emitter in emitters(source) {
+            let light = emitter.map(|emitter| {
+                let sides = if desc.two_sided { 2.0 } else { 1.0 };
+                let factor = match desc.power {
+                    Some(power) => power / (unit_luminance * sides * emitter.area() * PI),
+                    None => 1.0,
+                };
+                let (two_sided, visible) = (desc.two_sided, source.visible);
+                Light::Area(AreaLight { emitter, emission: index, factor, two_sided, visible })
+            });
+            any |= light.is_some();
+            self.push(light);
+        }
+        if !any {
+            self.lights.list.truncate(first.index());
+            sink.warning(desc.span, "an emitting shape has no area").hint("it emits nothing");
+            return None;
+        }
+        Some(first)
+    }
+
+    /// All lights, for a scene of this extent.
+    #[must_use]
+    pub fn finish(mut self, scene_bounds: Bounds) -> Lights {
+        self.lights.finish(scene_bounds);
+        self.lights
+    }
+
+    fn push(&mut self, light: Option<Light>) -> LightId {
+        self.lights.list.push(light.unwrap_or(Light::Dark));
+        LightId(self.lights.list.len() as u32 - 1)
+    }
+
+    fn area_emission(&self, desc: &AreaLightDesc, sink: &mut Sink) -> Emission {
+        match desc.image {
+            Some(id) => {
+                let image = (self.images)(id);
+                check_pixels(&image, desc.span, sink);
+                Emission::of_image(ImageEmission::new(
+                    image,
+                    desc.radiance.scale,
+                    Lookup::Bilinear,
+                    self.colors,
+                ))
+            }
+            None => Emission::new(&desc.radiance, 1.0, self.colors, desc.span, sink),
+        }
+    }
+}
+
+/// What all lights that are no surfaces have.
+struct Placed<'b> {
+    colors: ColorPipeline,
+    images: &'b dyn Fn(ImageId) -> LightImage,
+    world_from_light: Transform,
+    map: AffineMap,
+    span: Span,
+}
+
+impl<'b> Placed<'b> {
+    fn new(builder: &LightsBuilder<'b>, desc: &LightDesc, sink: &mut Sink) -> Option<Self> {
+        let world_from_light = start_of(&desc.world_from_light);
+        let map = AffineMap::of(&world_from_light);
+        if map.is_none() {
+            sink.error(desc.span, "the light's transform is not affine").hint("it needs an inverse");
+        }
+        let (colors, images) = (builder.colors, builder.images);
+        map.map(|map| Self { colors, images, world_from_light, map, span: desc.span })
+    }
+
+    /// `None` if it emits nothing.
+    fn light(&self, desc: &LightDesc, sink: &mut Sink) -> Option<Light> {
+        match &desc.kind {
+            LightKind::Point { intensity, from, power } => {
+                let intensity = self.emission(intensity, power.map(|p| p / (2.0 * TAU)), sink)?;
+                Some(Light::Point(PointLight { p: self.world_from_light.point(Point(*from)), intensity }))
+            }
+            LightKind::Spot { .. } => self.spot(&desc.kind, sink),
+            LightKind::Distant { radiance, from, to, illuminance } => {
+                let irradiance = self.emission(radiance, *illuminance, sink)?;
+                let to_light = self.dir(*from - *to, sink)?;
+                Some(Light::Distant(DistantLight { to_light, irradiance }))
+            }
+            LightKind::InfiniteConstant { radiance, illuminance } => {
+                let radiance = self.emission(radiance, illuminance.map(|e| e / PI), sink)?;
+                Some(Light::InfiniteConstant(InfiniteConstant { radiance }))
+            }
+            LightKind::InfiniteImage { image, mapping, scale, illuminance, portal } => {
+                if portal.is_some() {
+                    sink.warning(self.span, "portals are not supported")
+                        .hint("the image shines from all directions and is sampled as a whole");
+                }
+                let image = self.image(*image, sink);
+                let factor = illuminance.map_or(1.0, |e| e / upper_illuminance(&image));
+                let lookup = match mapping {
+                    SphericalMapping::EqualArea => Lookup::Nearest,
+                    SphericalMapping::EquiRectangular => Lookup::BilinearRound,
+                };
+                let emission = ImageEmission::new(image, scale * factor, lookup, self.colors);
+                InfiniteImage::new(self.map.linear, emission, *mapping)
+                    .map(|l| Light::InfiniteImage(Box::new(l)))
+            }
+            LightKind::Goniometric { intensity, image, power } => {
+                self.goniometric((intensity, *image, *power), sink)
+            }
+            LightKind::Projection { image, fov, scale, power } => {
+                let image = self.image(*image, sink);
+                self.projection(image, *fov, *scale, *power)
+            }
+        }
+    }
+
+    fn spot(&self, kind: &LightKind, sink: &mut Sink) -> Option<Light> {
+        let LightKind::Spot { intensity, from, to, cone_angle, cone_delta, power } = kind else {
+            return None;
+        };
+        let cos_start = trig::cos((cone_angle - cone_delta).max(0.0).to_radians());
+        let cos_end = trig::cos(cone_angle.to_radians());
+        let solid_angle = TAU * ((1.0 - cos_start) + 0.5 * (cos_start - cos_end));
+        let intensity = self.emission(intensity, power.map(|p| p / solid_angle), sink)?;
+        let frame = Frame::from_normal(self.dir(*to - *from, sink)?);
+        let p = self.world_from_light.point(Point(*from));
+        (solid_angle > 0.0).then_some(Light::Spot(SpotLight { p, frame, cos_start, cos_end, intensity }))
+    }
+
+    fn goniometric(
+        &self,
+        (intensity, image, power): (&Illuminant, Option<ImageId>, Option<f32>),
+        sink: &mut Sink,
+    ) -> Option<Light> {
+        let factor = match image {
+            Some(id) => {
+                let image = self.image(id, sink);
+                let mean_rgb = |p: &[f32; 3]| ((p[0] + p[1] + p[2]) / 3.0).max(0.0);
+                ScalarImage::new(image.size()[0], image.pixels().iter().map(mean_rgb).collect())?
+            }
+            None => ScalarImage::new(1, vec![1.0])?,
+        };
+        let intensity = self.emission(intensity, power.map(|p| p / (2.0 * TAU * factor.mean())), sink)?;
+        // The image's z axis is the light's y axis: y and z change places.
+        let swap = math::DMat4::from_cols(math::DVec4::X, math::DVec4::Z, math::DVec4::Y, math::DVec4::W);
+        let world_from_light = AffineMap::of(&(self.world_from_light * Transform::from_matrix(swap)?))?;
+        Some(Light::Goniometric(Box::new(GoniometricLight { world_from_light, intensity, factor })))
+    }
+
+    fn projection(&self, image: LightImage, fov: f32, scale: f32, power: Option<f32>) -> Option<Light> {
+        let [width, height] = image.size();
+        let aspect = width as f32 / height as f32;
+        let tan = trig::tan(0.5 * fov.to_radians());
+        let half = [tan * aspect.max(1.0), tan * (1.0 / aspect).max(1.0)];
+        let cos3 = |uv: [f32; 2]| {
+            let (x, y) = ((2.0 * uv[0] - 1.0) * half[0], (2.0 * uv[1] - 1.0) * half[1]);
+            let cos = 1.0 / (1.0 + x * x + y * y).sqrt();
+            cos * cos * cos
+        };
+        let slide_area = 4.0 * half[0] * half[1];
+        let factor =
+            power.map_or(1.0, |p| p / (slide_area * image.mean(|rgb, uv| image.luminance(rgb) * cos3(uv))));
+        let slide = ImageEmission::new(image, scale * factor, Lookup::Nearest, self.colors);
+        let weights: Vec<f32> = slide
+            .image()
+            .pixels()
+            .iter()
+            .enumerate()
+            .map(|(i, &rgb)| {
+                let center = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
+                slide.size_of(rgb) * cos3([center[0] / width as f32, center[1] / height as f32])
+            })
+            .collect();
+        let distribution = PiecewiseConstant2D::new(&weights, width)?;
+        (distribution.integral() > 0.0).then(|| {
+            let world_from_light = self.map;
+            Light::Projection(Box::new(ProjectionLight { world_from_light, slide, half, distribution }))
+        })
+    }
+
+    /// `None` if it is black.
+    fn emission(&self, illuminant: &Illuminant, factor: Option<f32>, sink: &mut Sink) -> Option<Emission> {
+        let e = Emission::new(illuminant, factor.unwrap_or(1.0), self.colors, self.span, sink);
+        (e.mean() > 0.0).then_some(e)
+    }
+
+    fn image(&self, id: ImageId, sink: &mut Sink) -> LightImage {
+        let image = (self.images)(id);
+        check_pixels(&image, self.span, sink);
+        image
+    }
+
+    fn dir(&self, v: Vec3, sink: &mut Sink) -> Option<Dir> {
+        let d = self.world_from_light.vector(v).try_normalize();
+        if d.is_none() {
+            sink.error(self.span, "the light has no direction").hint("`from` and `to` are the same point");
+        }
+        d.map(Dir)
+    }
+}
+
+fn start_of(t: &AnimatedTransform) -> Transform {
+    t.start()
+}
+
+fn check_pixels(image: &LightImage, span: Span, sink: &mut Sink) {
+    if image.has_bad_pixels() {
+        sink.error(span, "the light's image has pixels that are infinite or not a number")
+            .hint("such a light has no finite power; mend the image");
+    }
+}
+
+/// pbrt-v4's illuminance of an image from above (see the head).
+fn upper_illuminance(image: &LightImage) -> f32 {
+    TAU * image.mean(|rgb, uv| {
+        let z = warp::equal_area_sphere(uv).0.z;
+        if z > 0.0 { image.luminance(rgb) * z } else { 0.0 }
+    })
+}
+
+/// The emitters of a shape in order; `None` for parts without area.
+fn emitters(source: &EmitterSource<'_>) -> Vec<Option<Emitter>> {
+    let flip = source.flip;
+    let at = |m: &Transform| AffineMap::of(m);
+    match source.geometry {
+        EmitterGeometry::Mesh { positions, normals, uvs, indices } => {
+            let defaults = [Vec2::ZERO, Vec2::X, Vec2::ONE];
+            indices
+                .iter()
+                .map(|t| {
+                    let p = t.map(|i| Point(positions[i as usize]));
+                    Triangle::new(p, corner_normals(normals, t), corner_uvs(uvs, t, defaults), flip)
+                        .map(Emitter::Triangle)
+                })
+                .collect()
+        }
+        EmitterGeometry::BilinearMesh { positions, normals, uvs, indices } => {
+            let defaults = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+            indices
+                .iter()
+                .map(|q| {
+                    let p = q.map(|i| Point(positions[i as usize]));
+                    Patch::new(p, corner_normals(normals, q), corner_uvs(uvs, q, defaults), flip)
+                        .map(|p| Emitter::Patch(Box::new(p)))
+                })
+                .collect()
+        }
+        EmitterGeometry::Sphere { radius, z, phi_max, world_from_object } => {
+            let sphere =
+                at(world_from_object).and_then(|m| Sphere::new(m, radius, z, radians(phi_max), flip));
+            vec![sphere.map(|s| Emitter::Sphere(Box::new(s)))]
+        }
+        EmitterGeometry::Disk { height, radii, phi_max, world_from_object } => {
+            let disk =
+                at(world_from_object).and_then(|m| Disk::new(m, height, radii, radians(phi_max), flip));
+            vec![disk.map(|s| Emitter::Disk(Box::new(s)))]
+        }
+        EmitterGeometry::Cylinder { radius, z, phi_max, world_from_object } => {
+            let cylinder =
+                at(world_from_object).and_then(|m| Cylinder::new(m, radius, z, radians(phi_max), flip));
+            vec![cylinder.map(|s| Emitter::Cylinder(Box::new(s)))]
+        }
+    }
+}
+
+/// A full turn is exactly 2π.
+fn radians(degrees: f32) -> f32 {
+    if degrees >= 360.0 { TAU } else { degrees.to_radians() }
+}
+
+fn corner_normals<const N: usize>(normals: &[Vec3], corners: &[u32; N]) -> Option<[Dir; N]> {
+    (!normals.is_empty()).then(|| corners.map(|i| Dir(normals[i as usize])))
+}
+
+fn corner_uvs<const N: usize>(uvs: &[Vec2], corners: &[u32; N], defaults: [Vec2; N]) -> [Vec2; N] {
+    if uvs.is_empty() { defaults } else { corners.map(|i| uvs[i as usize]) }
+}

@@ -1,0 +1,162 @@
+//! Emitting surfaces: places and directions drawn from them, with their densities.
+//!
+//! | surface          | by solid angle, where that is safe                    | otherwise                      |
+//! |------------------|-------------------------------------------------------|--------------------------------|
+//! | triangle         | uniform in the spherical triangle [Arvo1995]          | uniform area                   |
+//! | whole sphere     | uniform in its cone [PBR4e, sec. 6.2.4]               | uniform area (from the inside) |
+//! | rectangle        | uniform in the spherical rectangle [Urena2013]        | uniform area                   |
+//! | sphere's part, disk, cylinder, patch | –                                 | by area                        |
+//!
+//! Normals point to the side that emits. Analytic surfaces under an affine map that is no similarity are drawn
+//! uniformly in object space; their density per world area says so.
+
+mod cylinder;
+mod disk;
+mod patch;
+mod sphere;
+mod triangle;
+
+use math::{Bounds, Dir, Point, Vec2, Vec3};
+use sampling::{Area, Geometry, Measure, Pdf, SolidAngle};
+
+pub(crate) use cylinder::Cylinder;
+pub(crate) use disk::Disk;
+pub(crate) use patch::Patch;
+pub(crate) use sphere::Sphere;
+pub(crate) use triangle::Triangle;
+
+/// A surface that emits. Triangles are many and stay flat; the others are few.
+#[derive(Clone, Debug)]
+pub(crate) enum Emitter {
+    Triangle(Triangle),
+    Sphere(Box<Sphere>),
+    Disk(Box<Disk>),
+    Cylinder(Box<Cylinder>),
+    Patch(Box<Patch>),
+}
+
+/// A point of an emitting surface, drawn with a density per `M`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceSample<M: Measure> {
+    pub(crate) p: Point,
+    pub(crate) p_error: Vec3,
+    /// To the side that emits.
+    pub(crate) n: Dir,
+    pub(crate) uv: Vec2,
+    pub(crate) pdf: Pdf<M>,
+}
+
+/// Directions in which a surface's normals point: all within `cos_theta` of `axis`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NormalCone {
+    pub(crate) axis: Dir,
+    pub(crate) cos_theta: f32,
+}
+
+impl NormalCone {
+    pub(crate) const ALL: Self = Self { axis: Dir::Z, cos_theta: -1.0 };
+}
+
+impl<M: Measure> SurfaceSample<M> {
+    pub(crate) fn with_pdf<N: Measure>(self, pdf: Pdf<N>) -> SurfaceSample<N> {
+        SurfaceSample { p: self.p, p_error: self.p_error, n: self.n, uv: self.uv, pdf }
+    }
+}
+
+impl Emitter {
+    /// World area.
+    pub(crate) fn area(&self) -> f32 {
+        match self {
+            Self::Triangle(s) => s.area(),
+            Self::Sphere(s) => s.area(),
+            Self::Disk(s) => s.area(),
+            Self::Cylinder(s) => s.area(),
+            Self::Patch(s) => s.area(),
+        }
+    }
+
+    /// A point with [`Emitter::pdf_area`] as its density.
+    pub(crate) fn sample_area(&self, u: [f32; 2]) -> SurfaceSample<Area> {
+        match self {
+            Self::Triangle(s) => s.sample_area(u),
+            Self::Sphere(s) => s.sample_area(u),
+            Self::Disk(s) => s.sample_area(u),
+            Self::Cylinder(s) => s.sample_area(u),
+            Self::Patch(s) => s.sample_area(u),
+        }
+    }
+
+    /// Density of [`Emitter::sample_area`] at the point `p` of the surface.
+    pub(crate) fn pdf_area(&self, p: Point) -> Pdf<Area> {
+        match self {
+            Self::Triangle(s) => s.pdf_area(),
+            Self::Sphere(s) => s.pdf_area(p),
+            Self::Disk(s) => s.pdf_area(),
+            Self::Cylinder(s) => s.pdf_area(p),
+            Self::Patch(s) => s.pdf_area(p),
+        }
+    }
+
+    /// A point as seen from `from`, with [`Emitter::pdf`] as its density.
+    pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
+        let by_angle = match self {
+            Self::Triangle(s) => s.sample(from, u),
+            Self::Sphere(s) => s.sample(from, u),
+            Self::Patch(s) => s.sample(from, u),
+            Self::Disk(_) | Self::Cylinder(_) => None,
+        };
+        if let Some(sample) = by_angle {
+            return sample.pdf.is_positive().then_some(sample);
+        }
+        let s = self.sample_area(u);
+        let pdf = s.pdf.to_solid_angle(geometry(from, s.p, s.n)?);
+        pdf.is_positive().then_some(s.with_pdf(pdf))
+    }
+
+    /// Density of [`Emitter::sample`] at the surface's point `p` with normal `n`.
+    pub(crate) fn pdf(&self, from: Point, p: Point, n: Dir) -> Pdf<SolidAngle> {
+        let by_angle = match self {
+            Self::Triangle(s) => s.pdf(from),
+            Self::Sphere(s) => s.pdf(from, p),
+            Self::Patch(s) => s.pdf(from),
+            Self::Disk(_) | Self::Cylinder(_) => None,
+        };
+        by_angle
+            .unwrap_or_else(|| geometry(from, p, n).map_or(Pdf::ZERO, |g| self.pdf_area(p).to_solid_angle(g)))
+    }
+
+    /// A box around it.
+    pub(crate) fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangle(s) => s.bounds(),
+            Self::Sphere(s) => s.bounds(),
+            Self::Disk(s) => s.bounds(),
+            Self::Cylinder(s) => s.bounds(),
+            Self::Patch(s) => s.bounds(),
+        }
+    }
+
+    /// A cone around its normals.
+    pub(crate) fn normals(&self) -> NormalCone {
+        match self {
+            Self::Triangle(s) => s.normals(),
+            Self::Disk(s) => s.normals(),
+            Self::Patch(s) => s.normals(),
+            Self::Sphere(_) | Self::Cylinder(_) => NormalCone::ALL,
+        }
+    }
+}
+
+/// How the surface's point `p` is seen from `from`; `None` edge-on or where both coincide.
+fn geometry(from: Point, p: Point, n: Dir) -> Option<Geometry> {
+    let d = from - p;
+    let distance_squared = d.length_squared();
+    let abs_cos = n.0.dot(d).abs() / distance_squared.sqrt();
+    (distance_squared > 0.0 && abs_cos > 0.0).then_some(Geometry { distance_squared, abs_cos })
+}
+
+/// The angle about z in [0, 2π).
+fn azimuth(x: f32, y: f32) -> f32 {
+    let phi = math::trig::atan2(y, x);
+    if phi < 0.0 { phi + std::f32::consts::TAU } else { phi }
+}

@@ -1,0 +1,177 @@
+//! A bilinear patch; where it is a rectangle, it is sampled by solid angle.
+//!
+//! By area: a bilinear warp towards the corners' area elements, then the exact density `p_uv / |∂p/∂u × ∂p/∂v|`
+//! [PBR4e, sec. 6.6.2]. The parameters of a point are found again by inverting the patch's projection along its
+//! largest normal component; of the quadratic's two roots the one counts whose point is nearer.
+
+use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma};
+use sampling::{Area, Pdf, SolidAngle, warp};
+
+use super::{NormalCone, SurfaceSample};
+
+/// Below this solid angle, in sr, area sampling is as good.
+const LEAST_SOLID_ANGLE: f32 = 1e-4;
+
+/// An emitting patch. Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch {
+    p: [Vec3; 4],
+    uv: [Vec2; 4],
+    /// Shading normals, to whose side it emits, or none.
+    normals: Option<[Dir; 4]>,
+    /// −1: emits to the other side of ∂p/∂u × ∂p/∂v.
+    side: f32,
+    is_rectangle: bool,
+    area: f32,
+}
+
+impl Patch {
+    /// `None` if it has no area. `normals` are shading normals, to whose side it emits; without them it emits to
+    /// the side of ∂p/∂u × ∂p/∂v, or to the other with `flip`.
+    pub(crate) fn new(p: [Point; 4], normals: Option<[Dir; 4]>, uv: [Vec2; 4], flip: bool) -> Option<Self> {
+        let p = p.map(|p| p.0);
+        let (eu, ev) = (p[1] - p[0], p[2] - p[0]);
+        let size = eu.length() + ev.length();
+        let is_rectangle =
+            (p[3] - p[1] - ev).length() < 1e-5 * size && eu.dot(ev).abs() < 1e-5 * eu.length() * ev.length();
+        let side = if flip { -1.0 } else { 1.0 };
+        let mut patch = Self { p, uv, normals, side, is_rectangle, area: 0.0 };
+        patch.area = patch.integrated_area();
+        (patch.area > 0.0 && patch.area.is_finite()).then_some(patch)
+    }
+
+    fn point(&self, [u, v]: [f32; 2]) -> Vec3 {
+        bilerp(self.p, [u, v])
+    }
+
+    /// ∂p/∂u × ∂p/∂v.
+    fn cross(&self, [u, v]: [f32; 2]) -> Vec3 {
+        let du = (self.p[1] - self.p[0]) * (1.0 - v) + (self.p[3] - self.p[2]) * v;
+        let dv = (self.p[2] - self.p[0]) * (1.0 - u) + (self.p[3] - self.p[1]) * u;
+        du.cross(dv)
+    }
+
+    fn integrated_area(&self) -> f32 {
+        const N: u16 = 32;
+        let mut sum = 0.0_f64;
+        for i in 0..N * N {
+            let uv = [i % N, i / N].map(|k| (f32::from(k) + 0.5) / f32::from(N));
+            sum += f64::from(self.cross(uv).length());
+        }
+        (sum / f64::from(N * N)) as f32
+    }
+
+    pub(crate) fn area(&self) -> f32 {
+        self.area
+    }
+
+    /// Area elements at the corners.
+    fn weights(&self) -> [f32; 4] {
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|c| self.cross(c).length())
+    }
+
+    fn pdf_area_at(&self, uv: [f32; 2]) -> Pdf<Area> {
+        let p = warp::bilinear_pdf(uv, self.weights()).value() / self.cross(uv).length();
+        Pdf::new(if p.is_finite() { p } else { 0.0 })
+    }
+
+    pub(crate) fn sample_area(&self, u: [f32; 2]) -> SurfaceSample<Area> {
+        let uv = warp::bilinear(u, self.weights());
+        self.at(uv, self.pdf_area_at(uv))
+    }
+
+    pub(crate) fn pdf_area(&self, p: Point) -> Pdf<Area> {
+        self.pdf_area_at(self.parameters(p))
+    }
+
+    /// `None`: sample by area.
+    pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
+        let seen = self.seen(from)?;
+        Some(self.at(seen.sample(u).coordinates, seen.pdf()))
+    }
+
+    /// `None`: by area.
+    pub(crate) fn pdf(&self, from: Point) -> Option<Pdf<SolidAngle>> {
+        self.seen(from).map(|s| s.pdf())
+    }
+
+    fn seen(&self, from: Point) -> Option<warp::SphericalRectangle> {
+        if !self.is_rectangle {
+            return None;
+        }
+        let edges = [self.p[1] - self.p[0], self.p[2] - self.p[0]];
+        warp::SphericalRectangle::new(Point(self.p[0]), edges, from)
+            .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE)
+    }
+
+    fn at<M: sampling::Measure>(&self, uv: [f32; 2], pdf: Pdf<M>) -> SurfaceSample<M> {
+        let size = self.p.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs()));
+        SurfaceSample {
+            p: Point(self.point(uv)),
+            p_error: size * gamma(8),
+            n: self.normal(uv),
+            uv: bilerp(self.uv, uv),
+            pdf,
+        }
+    }
+
+    fn normal(&self, uv: [f32; 2]) -> Dir {
+        let n = Dir::normalize(self.cross(uv));
+        match self.normals {
+            Some(ns) => n.face_forward(Dir(bilerp(ns.map(|n| n.0), uv))),
+            None => Dir(n.0 * self.side),
+        }
+    }
+
+    /// (u, v) of a point on the patch.
+    fn parameters(&self, p: Point) -> [f32; 2] {
+        // Drop the axis along which the patch is thinnest, as seen by its middle's normal.
+        let n = self.cross([0.5, 0.5]).abs();
+        let keep = |v: Vec3| {
+            if n.x >= n.y && n.x >= n.z {
+                Vec2::new(v.y, v.z)
+            } else if n.y >= n.z {
+                Vec2::new(v.z, v.x)
+            } else {
+                Vec2::new(v.x, v.y)
+            }
+        };
+        // p − p₀ = u e + v (f + u g): crossing with f + u g leaves a quadratic in u.
+        let h = keep(p.0 - self.p[0]);
+        let (e, f) = (keep(self.p[1] - self.p[0]), keep(self.p[2] - self.p[0]));
+        let g = keep(self.p[0] - self.p[1] - self.p[2] + self.p[3]);
+        let (a, b, c) = (e.perp_dot(g), e.perp_dot(f) - h.perp_dot(g), -h.perp_dot(f));
+        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+        let q = -0.5 * (b + root.copysign(b));
+
+        let candidate = |u: f32| {
+            let u = if u.is_finite() { u.clamp(0.0, 1.0) } else { 0.0 };
+            let d = f + g * u;
+            let rest = h - e * u;
+            let v = (rest.dot(d) / d.length_squared()).clamp(0.0, 1.0);
+            [u, if v.is_finite() { v } else { 0.0 }]
+        };
+        let (first, second) = (candidate(c / q), candidate(q / a));
+        let far = |uv: [f32; 2]| self.point(uv).distance_squared(p.0);
+        if far(first) <= far(second) { first } else { second }
+    }
+
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.p.iter().fold(Bounds::EMPTY, |b, &p| b.grow(p))
+    }
+
+    pub(crate) fn normals(&self) -> NormalCone {
+        let axis = self.normal([0.5, 0.5]);
+        // ∂p/∂u depends on v alone and ∂p/∂v on u alone, so that their product is bilinear: its corners bound it.
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|c| self.normal(c));
+        let cos_theta = corners.iter().fold(1.0_f32, |c, n| c.min(n.dot(axis)));
+        if cos_theta > 0.0 { NormalCone { axis, cos_theta } } else { NormalCone::ALL }
+    }
+}
+
+fn bilerp<T>(c: [T; 4], [u, v]: [f32; 2]) -> T
+where
+    T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+{
+    (c[0] * (1.0 - u) + c[1] * u) * (1.0 - v) + (c[2] * (1.0 - u) + c[3] * u) * v
+}

@@ -1,0 +1,147 @@
+//! Light from all around: even, or by an image.
+//!
+//! An image is sampled pixel by pixel [PBR4e, sec. 12.5.2], with the mean of R, G and B as weight: where the lookup
+//! is bilinear, each pixel's weight is the mean of the interpolated values over it (binomial weights 1, 6, 1 each way),
+//! so that no direction that emits has density zero.
+//!
+//! Left out: portals; density compensation for multiple importance sampling [Karlik2019].
+
+use std::f32::consts::{PI, TAU};
+
+use math::{Dir, Vec3, trig};
+use sampling::distribution::PiecewiseConstant2D;
+use sampling::{Pdf, SolidAngle, warp};
+use scene_desc::SphericalMapping;
+use spectrum::{Spectrum, Wavelengths};
+
+use super::delta::{inside, to_light};
+use super::emission::{Emission, ImageEmission, Lookup};
+use crate::linear_map::LinearMap;
+
+/// The same radiance from everywhere.
+#[derive(Clone, Debug)]
+pub(crate) struct InfiniteConstant {
+    pub(super) radiance: Emission,
+}
+
+/// Radiance by an image of directions.
+#[derive(Clone, Debug)]
+pub(crate) struct InfiniteImage {
+    world_from_light: LinearMap,
+    emission: ImageEmission,
+    mapping: SphericalMapping,
+    distribution: PiecewiseConstant2D,
+    mean: f32,
+}
+
+impl InfiniteImage {
+    /// `None` for an image that is black.
+    pub(super) fn new(
+        world_from_light: LinearMap,
+        emission: ImageEmission,
+        mapping: SphericalMapping,
+    ) -> Option<Self> {
+        let image = emission.image();
+        let [width, height] = image.size();
+        let size: Vec<f32> = image.pixels().iter().map(|&rgb| emission.size_of(rgb)).collect();
+        let weights: Vec<f32> = (0..width * height)
+            .map(|i| {
+                let (x, y) = (i % width, i / width);
+                let value = match emission.lookup() {
+                    Lookup::Nearest => size[i],
+                    Lookup::Bilinear | Lookup::BilinearRound => smoothed(&size, [width, height], [x, y]),
+                };
+                value * row_measure(mapping, y, height)
+            })
+            .collect();
+        let distribution = PiecewiseConstant2D::new(&weights, width)?;
+        // Both mappings: the mean over the sphere is the mean of weights over the mean of the measure.
+        let measure: f32 = (0..height).map(|y| row_measure(mapping, y, height)).sum::<f32>() / height as f32;
+        let mean = distribution.integral() as f32 / measure;
+        (mean > 0.0).then_some(Self { world_from_light, emission, mapping, distribution, mean })
+    }
+
+    /// Radiance from the direction `w`.
+    pub(super) fn radiance(&self, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
+        let (local, _) = to_light(&self.world_from_light, w);
+        self.emission.eval(self.uv(local), wavelengths)
+    }
+
+    /// A direction towards the light, with its radiance and density.
+    pub(super) fn sample(
+        &self,
+        u: [f32; 2],
+        wavelengths: &Wavelengths,
+    ) -> Option<(Dir, Spectrum, Pdf<SolidAngle>)> {
+        let s = self.distribution.sample(u);
+        let local = match self.mapping {
+            SphericalMapping::EqualArea => warp::equal_area_sphere(s.p),
+            SphericalMapping::EquiRectangular => {
+                let (sin_theta, cos_theta) = trig::sin_cos(PI * s.p[1]);
+                let (sin_phi, cos_phi) = trig::sin_cos(TAU * s.p[0]);
+                Dir(Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
+            }
+        };
+        let mapped = self.world_from_light.apply(local.0);
+        // M⁻¹ of the unit direction is the light's direction over |M w_light|.
+        let ratio = self.world_from_light.inverse_solid_angle_ratio(1.0 / mapped.length());
+        let pdf = s.pdf.value() * self.square_density(local) * ratio;
+        (pdf > 0.0 && pdf.is_finite())
+            .then(|| (Dir::normalize(mapped), self.emission.eval(s.p, wavelengths), Pdf::new(pdf)))
+    }
+
+    pub(super) fn pdf(&self, w: Dir) -> Pdf<SolidAngle> {
+        let (local, ratio) = to_light(&self.world_from_light, w);
+        let p = self.distribution.pdf(self.uv(local)).value() * self.square_density(local) * ratio;
+        Pdf::new(if p.is_finite() { p } else { 0.0 })
+    }
+
+    /// Mean radiance over the sphere.
+    pub(super) fn mean(&self) -> f32 {
+        self.mean
+    }
+
+    /// Area of the unit square per solid angle.
+    fn square_density(&self, local: Dir) -> f32 {
+        match self.mapping {
+            SphericalMapping::EqualArea => 1.0 / (4.0 * PI),
+            SphericalMapping::EquiRectangular => {
+                let v = local.0;
+                1.0 / (2.0 * PI * PI * (v.x * v.x + v.y * v.y).sqrt())
+            }
+        }
+    }
+
+    fn uv(&self, local: Dir) -> [f32; 2] {
+        let v = local.0;
+        inside(match self.mapping {
+            SphericalMapping::EqualArea => warp::equal_area_sphere_inverse(local),
+            SphericalMapping::EquiRectangular => {
+                let phi = trig::atan2(v.y, v.x);
+                let phi = if phi < 0.0 { phi + TAU } else { phi };
+                [phi / TAU, trig::atan2((v.x * v.x + v.y * v.y).sqrt(), v.z) / PI]
+            }
+        })
+    }
+}
+
+/// Relative solid angle of a pixel in row `y`.
+fn row_measure(mapping: SphericalMapping, y: usize, height: usize) -> f32 {
+    match mapping {
+        SphericalMapping::EqualArea => 1.0,
+        SphericalMapping::EquiRectangular => trig::sin(PI * (y as f32 + 0.5) / height as f32),
+    }
+}
+
+/// Mean over a pixel of what is interpolated between it and its neighbours, around in x, the border repeated in y.
+fn smoothed(values: &[f32], [width, height]: [usize; 2], [x, y]: [usize; 2]) -> f32 {
+    let rows = [(y.saturating_sub(1), 0.125), (y, 0.75), ((y + 1).min(height - 1), 0.125)];
+    let columns = [((x + width - 1) % width, 0.125), (x, 0.75), ((x + 1) % width, 0.125)];
+    let mut sum = 0.0;
+    for (j, wy) in rows {
+        for (i, wx) in columns {
+            sum += values[j * width + i] * wx * wy;
+        }
+    }
+    sum
+}

@@ -1,0 +1,366 @@
+//! Lights: what they send to a point, what they emit along rays, with all densities.
+//!
+//! | kind                                              | file       |
+//! |---------------------------------------------------|------------|
+//! | point, spot, goniometric, projection, distant     | `delta`    |
+//! | infinite, even or by an image                     | `infinite` |
+//! | emitting triangle, sphere, disk, cylinder, patch  | `area`, `emitter/` |
+//!
+//! Semantics, units and normalisation are pbrt-v4's [PBR4e, ch. 12]. Every emitting triangle of a mesh is a light of
+//! its own. Densities leave out the choice of the light (see [`crate::LightSelector`]).
+//!
+//! Departs from pbrt-v4: lights under maps that scale unevenly have right densities; parts of spheres and rings
+//! are sampled exactly; a light of zero power is there but never chosen.
+//! Left out: portals, moving lights (the first key's place counts; the builder says so), cut-outs of emitters by
+//! alpha textures (the caller multiplies the sample with the alpha at its `uv`).
+
+mod area;
+mod bounds;
+mod builder;
+mod delta;
+mod emission;
+mod emitter;
+mod infinite;
+mod outgoing;
+
+use math::{Bounds, Dir, Point, Ray, Vec2, Vec3};
+use sampling::{Area, Pdf, SolidAngle, warp};
+use scatter::Density;
+use spectrum::{Spectrum, Wavelengths};
+
+use crate::{LightContext, LightId, SurfaceInteraction};
+
+use area::AreaLight;
+pub(crate) use bounds::LightBounds;
+pub use builder::{EmitterGeometry, EmitterSource, LightsBuilder};
+use delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, SpotLight};
+use emission::Emission;
+pub use emission::LightImage;
+use infinite::{InfiniteConstant, InfiniteImage};
+
+/// All lights of a scene, by [`LightId`].
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    list: Vec<Light>,
+    /// Shared by the triangles of a mesh.
+    emissions: Vec<Emission>,
+    power: Vec<f32>,
+    infinite: Vec<LightId>,
+    world: WorldSphere,
+}
+
+/// The kinds of light.
+#[derive(Clone, Debug)]
+enum Light {
+    /// Emits nothing: a triangle without area, a black light. Keeps the ids of its neighbours in order.
+    Dark,
+    Point(PointLight),
+    Spot(SpotLight),
+    Goniometric(Box<GoniometricLight>),
+    Projection(Box<ProjectionLight>),
+    Distant(DistantLight),
+    InfiniteConstant(InfiniteConstant),
+    InfiniteImage(Box<InfiniteImage>),
+    Area(AreaLight),
+}
+
+/// The sphere around the scene, from whose disks distant light comes.
+#[derive(Clone, Copy, Debug, Default)]
+struct WorldSphere {
+    center: Point,
+    radius: f32,
+}
+
+/// Light that may reach a point.
+///
+/// The estimator of the reflected radiance is `f · li · |cos θ| · visibility`, divided by the density, or by the
+/// probability of a delta.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Whose.
+    pub light: LightId,
+    /// Incident radiance, before visibility. For a light without extent the inverse square is in it.
+    pub li: Spectrum,
+    /// Towards the light.
+    pub wi: Dir,
+    /// Where on the light; for light from infinity, a point outside of the scene.
+    pub p: Point,
+    /// Half-size of the box in which the true point lies.
+    pub p_error: Vec3,
+    /// Normal of the emitting side there; `-wi` where there is no surface.
+    pub n: Dir,
+    /// Surface coordinates of an emitting surface.
+    pub uv: Vec2,
+    /// Density of `wi`, without the choice of the light.
+    pub density: Density,
+    /// From infinitely far away?
+    pub is_infinite: bool,
+}
+
+/// A ray that a light emits: the start of a light path.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionSample {
+    /// Whose.
+    pub light: LightId,
+    /// Off the light's surface; for light from infinity, from a disk outside of the scene.
+    pub ray: Ray,
+    /// The point itself.
+    pub p: Point,
+    /// Half-size of the box in which the true point lies.
+    pub p_error: Vec3,
+    /// Normal of the light's surface on the side of the ray; `None` for lights without a surface.
+    pub n: Option<Dir>,
+    /// Emitted radiance; intensity of a light at a point, irradiance of a distant one.
+    pub le: Spectrum,
+    /// Density of the ray's origin; `None` for a light at a point. For light from infinity, per area of the disk.
+    pub pdf_position: Option<Pdf<Area>>,
+    /// Density of the ray's direction; `None` for a distant light.
+    pub pdf_direction: Option<Pdf<SolidAngle>>,
+    /// From infinitely far away?
+    pub is_infinite: bool,
+}
+
+impl EmissionSample {
+    /// |cos θ| at the light's surface; 1 where there is none.
+    #[must_use]
+    pub fn abs_cos(&self) -> f32 {
+        self.n.map_or(1.0, |n| n.abs_dot(self.ray.dir))
+    }
+
+    /// `le |cos θ| / (p_A p_ω)`: what a light path starts with, still without the probability of the light.
+    #[must_use]
+    pub fn throughput(&self) -> Spectrum {
+        let density = self.pdf_position.map_or(1.0, Pdf::value) * self.pdf_direction.map_or(1.0, Pdf::value);
+        self.le * (self.abs_cos() / density)
+    }
+
+    /// Is the light a single point?
+    #[must_use]
+    pub fn is_delta_position(&self) -> bool {
+        self.pdf_position.is_none()
+    }
+
+    /// Does it shine in a single direction?
+    #[must_use]
+    pub fn is_delta_direction(&self) -> bool {
+        self.pdf_direction.is_none()
+    }
+}
+
+impl Lights {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// None at all?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// All ids in order.
+    pub fn ids(&self) -> impl Iterator<Item = LightId> + use<> {
+        (0..self.list.len() as u32).map(LightId)
+    }
+
+    /// The lights that shine from infinity onto rays that leave the scene (distant lights are not among them:
+    /// no ray finds a single direction).
+    #[must_use]
+    pub fn infinite(&self) -> &[LightId] {
+        &self.infinite
+    }
+
+    /// Emitted power, in the units of R, G and B's mean; of light from infinity, what passes the sphere around the
+    /// scene. Zero only for lights that emit nothing.
+    #[must_use]
+    pub fn power(&self, light: LightId) -> f32 {
+        self.power[light.index()]
+    }
+
+    /// Does it have neither extent nor solid angle, so that only sampling the light finds it?
+    #[must_use]
+    pub fn is_delta(&self, light: LightId) -> bool {
+        match &self.list[light.index()] {
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_) => true,
+            Light::InfiniteConstant(_) | Light::InfiniteImage(_) => false,
+            Light::Area(a) => !a.visible,
+        }
+    }
+
+    /// Light that may reach the context's point; `None` where the light sends none along the direction that `u` gives.
+    #[must_use]
+    pub fn sample(
+        &self,
+        light: LightId,
+        context: &LightContext,
+        u: [f32; 2],
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
+        let from = context.p;
+        let sample = match &self.list[light.index()] {
+            Light::Dark => return None,
+            Light::Point(l) => self.from_point(light, from, l.p, |_| l.intensity.value(wavelengths)),
+            Light::Spot(l) => self.from_point(light, from, l.p, |w| l.intensity(w, wavelengths)),
+            Light::Goniometric(l) => self.from_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
+            Light::Projection(l) => self.from_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
+            Light::Distant(l) => {
+                let density = Density::Delta { probability: 1.0 };
+                Some(self.from_infinity(light, from, (l.to_light, l.irradiance.value(wavelengths)), density))
+            }
+            Light::InfiniteConstant(l) => {
+                let density = Density::Smooth(warp::uniform_sphere_pdf());
+                let wi = warp::uniform_sphere(u);
+                Some(self.from_infinity(light, from, (wi, l.radiance.value(wavelengths)), density))
+            }
+            Light::InfiniteImage(l) => {
+                let (wi, li, pdf) = l.sample(u, wavelengths)?;
+                Some(self.from_infinity(light, from, (wi, li), Density::Smooth(pdf)))
+            }
+            Light::Area(l) => l.sample(&self.emissions, light, from, u, wavelengths),
+        };
+        sample.filter(|s| !s.li.is_black())
+    }
+
+    /// Density with which [`Lights::sample`] chooses the direction `wi`, in which the light's surface is met at `p`
+    /// with normal `n` (both count for surfaces alone). Zero for lights that only sampling finds.
+    #[must_use]
+    pub fn pdf(&self, light: LightId, context: &LightContext, p: Point, n: Dir, wi: Dir) -> Pdf<SolidAngle> {
+        match &self.list[light.index()] {
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_) => Pdf::ZERO,
+            Light::InfiniteConstant(_) => warp::uniform_sphere_pdf(),
+            Light::InfiniteImage(l) => l.pdf(wi),
+            Light::Area(l) if l.visible => l.emitter.pdf(context.p, p, n),
+            Light::Area(_) => Pdf::ZERO,
+        }
+    }
+
+    /// Radiance that an emitting surface sends along `w_out` from where its normal is `n`.
+    #[must_use]
+    pub fn emitted(
+        &self,
+        light: LightId,
+        n: Dir,
+        uv: Vec2,
+        w_out: Dir,
+        wavelengths: &Wavelengths,
+    ) -> Spectrum {
+        match &self.list[light.index()] {
+            Light::Area(l) => l.emitted(&self.emissions, n, uv, w_out, wavelengths),
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// Radiance that a surface that was hit sends back along the ray; black if it is no light.
+    #[must_use]
+    pub fn emitted_at(&self, si: &SurfaceInteraction, wavelengths: &Wavelengths) -> Spectrum {
+        si.light.map_or(Spectrum::ZERO, |l| self.emitted(l, si.ng, si.uv, si.wo, wavelengths))
+    }
+
+    /// Radiance of an infinite light from the direction `w` (away from the scene).
+    #[must_use]
+    pub fn infinite_emitted(&self, light: LightId, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
+        match &self.list[light.index()] {
+            Light::InfiniteConstant(l) => l.radiance.value(wavelengths),
+            Light::InfiniteImage(l) => l.radiance(w, wavelengths),
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::Area(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// Radiance of all infinite lights from the direction `w`.
+    #[must_use]
+    pub fn background(&self, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
+        self.infinite.iter().map(|&l| self.infinite_emitted(l, w, wavelengths)).sum()
+    }
+
+    /// The sphere around the scene: its centre and radius.
+    #[must_use]
+    pub fn world_sphere(&self) -> (Point, f32) {
+        (self.world.center, self.world.radius)
+    }
+
+    /// Sets the scene's extent and what depends on it.
+    fn finish(&mut self, scene_bounds: Bounds) {
+        let (center, radius) =
+            if scene_bounds.is_empty() { (Point::default(), 1.0) } else { scene_bounds.bounding_sphere() };
+        self.world = WorldSphere { center, radius: radius.max(f32::MIN_POSITIVE) };
+        self.power = self.ids().map(|l| self.compute_power(l)).collect();
+        self.infinite = self
+            .ids()
+            .filter(|l| matches!(self.list[l.index()], Light::InfiniteConstant(_) | Light::InfiniteImage(_)))
+            .collect();
+    }
+
+    /// A sample of a light at the point `p` with intensity by direction (away from the light).
+    fn from_point(
+        &self,
+        light: LightId,
+        from: Point,
+        p: Point,
+        intensity: impl Fn(Dir) -> Spectrum,
+    ) -> Option<LightSample> {
+        let d = p - from;
+        let distance_squared = d.length_squared();
+        if distance_squared == 0.0 {
+            return None;
+        }
+        let wi = Dir(d / distance_squared.sqrt());
+        Some(LightSample {
+            light,
+            li: intensity(-wi) / distance_squared,
+            wi,
+            p,
+            p_error: Vec3::ZERO,
+            n: -wi,
+            uv: Vec2::ZERO,
+            density: Density::Delta { probability: 1.0 },
+            is_infinite: false,
+        })
+    }
+
+    fn from_infinity(
+        &self,
+        light: LightId,
+        from: Point,
+        (wi, li): (Dir, Spectrum),
+        density: Density,
+    ) -> LightSample {
+        // Twice the diameter is outside, wherever in the scene the point is.
+        let p = from + wi.0 * (2.0 * self.world.radius + from.distance(self.world.center));
+        LightSample {
+            light,
+            li,
+            wi,
+            p,
+            p_error: Vec3::ZERO,
+            n: -wi,
+            uv: Vec2::ZERO,
+            density,
+            is_infinite: true,
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Rays that lights emit, for methods that trace light [PBR3e, sec. 16.1.2], [Veach1997].
+//!
+//! Surfaces: position by area, direction by cosine. Lights at points: direction by intensity. Light from infinity:
+//! direction by radiance, position uniform on the disk of the scene's sphere across it, pushed out by its radius.
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use math::{Dir, Frame, LocalDir, Point, Ray, Vec3, error_bound};
+use sampling::{Area, Pdf, SolidAngle, warp};
+use spectrum::{Spectrum, Wavelengths};
+
+use super::{AreaLight, EmissionSample, Light, Lights, WorldSphere};
+use crate::LightId;
+
+/// Density of a position, of a direction; `None` for a delta.
+pub(super) type EmissionPdf = (Option<Pdf<Area>>, Option<Pdf<SolidAngle>>);
+
+impl Lights {
+    /// A ray that the light emits, with densities [`Lights::emission_pdf`]; `None` where it emits nothing.
+    #[must_use]
+    pub fn sample_emission(
+        &self,
+        light: LightId,
+        u_position: [f32; 2],
+        u_direction: [f32; 2],
+        time: f32,
+        wavelengths: &Wavelengths,
+    ) -> Option<EmissionSample> {
+        let from_point = |p: Point, dir: Dir, le: Spectrum, pdf: Pdf<SolidAngle>| EmissionSample {
+            light,
+            ray: Ray::new(p, dir, time),
+            p,
+            p_error: Vec3::ZERO,
+            n: None,
+            le,
+            pdf_position: None,
+            pdf_direction: Some(pdf),
+            is_infinite: false,
+        };
+        let from_infinity = |to_light: Dir, le: Spectrum, pdf: Option<Pdf<SolidAngle>>| {
+            let p = self.world.point_on_disk(to_light, u_position);
+            EmissionSample {
+                light,
+                ray: Ray::new(p, -to_light, time),
+                p,
+                p_error: Vec3::ZERO,
+                n: None,
+                le,
+                pdf_position: Some(self.world.disk_pdf()),
+                pdf_direction: pdf,
+                is_infinite: true,
+            }
+        };
+        let sample = match &self.list[light.index()] {
+            Light::Dark => return None,
+            Light::Point(l) => {
+                let dir = warp::uniform_sphere(u_direction);
+                from_point(l.p, dir, l.intensity.value(wavelengths), warp::uniform_sphere_pdf())
+            }
+            Light::Spot(l) => {
+                let dir = l.sample_direction(u_direction);
+                from_point(l.p, dir, l.intensity(dir, wavelengths), l.pdf_direction(dir))
+            }
+            Light::Goniometric(l) => {
+                let dir = l.sample_direction(u_direction);
+                from_point(l.p(), dir, l.intensity(dir, wavelengths), l.pdf_direction(dir))
+            }
+            Light::Projection(l) => {
+                let dir = l.sample_direction(u_direction);
+                from_point(l.p(), dir, l.intensity(dir, wavelengths), l.pdf_direction(dir))
+            }
+            Light::Distant(l) => from_infinity(l.to_light, l.irradiance.value(wavelengths), None),
+            Light::InfiniteConstant(l) => {
+                let w = warp::uniform_sphere(u_direction);
+                from_infinity(w, l.radiance.value(wavelengths), Some(warp::uniform_sphere_pdf()))
+            }
+            Light::InfiniteImage(l) => {
+                let (w, le, pdf) = l.sample(u_direction, wavelengths)?;
+                from_infinity(w, le, Some(pdf))
+            }
+            Light::Area(l) => {
+                self.emit_from_surface(light, l, [u_position, u_direction], time, wavelengths)?
+            }
+        };
+        let possible = sample.pdf_position.is_none_or(Pdf::is_positive)
+            && sample.pdf_direction.is_none_or(Pdf::is_positive);
+        (possible && !sample.le.is_black()).then_some(sample)
+    }
+
+    fn emit_from_surface(
+        &self,
+        light: LightId,
+        area: &AreaLight,
+        [u_position, mut u_direction]: [[f32; 2]; 2],
+        time: f32,
+        wavelengths: &Wavelengths,
+    ) -> Option<EmissionSample> {
+        let s = area.emitter.sample_area(u_position);
+
+        // Half of the rays to either side if there are two; the number is used again.
+        let mut n = s.n;
+        if area.two_sided {
+            u_direction[0] *= 2.0;
+            if u_direction[0] >= 1.0 {
+                u_direction[0] -= 1.0;
+                n = -n;
+            }
+        }
+        let local = warp::cosine_hemisphere(u_direction);
+        let dir = Frame::from_normal(n).to_world(local);
+        let pdf = warp::cosine_hemisphere_pdf(local) * (1.0 / area.sides());
+        let le = area.emitted(&self.emissions, s.n, s.uv, dir, wavelengths);
+        s.pdf.is_positive().then(|| EmissionSample {
+            light,
+            ray: Ray::new(error_bound::offset_ray_origin(s.p, s.p_error, n, dir), dir, time),
+            p: s.p,
+            p_error: s.p_error,
+            n: Some(n),
+            le,
+            pdf_position: Some(s.pdf),
+            pdf_direction: Some(pdf),
+            is_infinite: false,
+        })
+    }
+
+    /// Densities of [`Lights::sample_emission`] for a ray from `p` along `w` (away from the light); `n` is the normal
+    /// of an emitting surface. Position: per area of the surface, or of the disk across `w` for light from infinity.
+    /// `None` for deltas.
+    #[must_use]
+    pub fn emission_pdf(&self, light: LightId, p: Point, n: Option<Dir>, w: Dir) -> EmissionPdf {
+        match &self.list[light.index()] {
+            Light::Dark => (Some(Pdf::ZERO), Some(Pdf::ZERO)),
+            Light::Point(_) => (None, Some(warp::uniform_sphere_pdf())),
+            Light::Spot(l) => (None, Some(l.pdf_direction(w))),
+            Light::Goniometric(l) => (None, Some(l.pdf_direction(w))),
+            Light::Projection(l) => (None, Some(l.pdf_direction(w))),
+            Light::Distant(_) => (Some(self.world.disk_pdf()), None),
+            Light::InfiniteConstant(_) => (Some(self.world.disk_pdf()), Some(warp::uniform_sphere_pdf())),
+            Light::InfiniteImage(l) => (Some(self.world.disk_pdf()), Some(l.pdf(-w))),
+            Light::Area(l) => {
+                let cos = n.map_or(0.0, |n| n.dot(w));
+                let cos = if l.two_sided { cos.abs() } else { cos.max(0.0) };
+                (Some(l.emitter.pdf_area(p)), Some(Pdf::new(cos * FRAC_1_PI / l.sides())))
+            }
+        }
+    }
+
+    /// See [`Lights::power`].
+    pub(super) fn compute_power(&self, light: LightId) -> f32 {
+        let disk = PI * self.world.radius * self.world.radius;
+        let power = match &self.list[light.index()] {
+            Light::Dark => 0.0,
+            Light::Point(l) => 2.0 * TAU * l.intensity.mean(),
+            Light::Spot(l) => l.solid_angle() * l.intensity.mean(),
+            Light::Goniometric(l) => 2.0 * TAU * l.factor.mean() * l.intensity.mean(),
+            Light::Projection(l) => l.slide_area() * l.distribution.integral() as f32,
+            Light::Distant(l) => disk * l.irradiance.mean(),
+            Light::InfiniteConstant(l) => disk * 2.0 * TAU * l.radiance.mean(),
+            Light::InfiniteImage(l) => disk * 2.0 * TAU * l.mean(),
+            Light::Area(l) => {
+                let mean = self.emissions[l.emission as usize].mean() * l.factor;
+                PI * l.sides() * l.emitter.area() * mean
+            }
+        };
+        if power.is_finite() { power.max(0.0) } else { f32::MAX }
+    }
+}
+
+impl WorldSphere {
+    /// On the disk across `to_light`, outside of the sphere.
+    fn point_on_disk(&self, to_light: Dir, u: [f32; 2]) -> Point {
+        let d = warp::concentric_disk(u) * self.radius;
+        let frame = Frame::from_normal(to_light);
+        self.center + frame.to_world(LocalDir(Vec3::new(d.x, d.y, self.radius))).0
+    }
+
+    fn disk_pdf(&self) -> Pdf<Area> {
+        Pdf::new(1.0 / (PI * self.radius * self.radius))
+    }
+}
