@@ -408,6 +408,29 @@ mod tests {
     }
 
     #[test]
+    fn averaged_indices_give_metals_their_colour() {
+        // Fresnel at normal incidence of averaged n and k, against the average of Fresnel.
+        let f0 = |n: f64, k: f64| ((n - 1.0) * (n - 1.0) + k * k) / ((n + 1.0) * (n + 1.0) + k * k);
+        for metal in ["Au", "Cu", "Ag", "Al", "CuZn", "Cr"] {
+            let curves = ["eta", "k"].map(|s| SpectralCurve::named(&format!("metal-{metal}-{s}")).unwrap());
+            let points: Vec<f32> = (360..=830)
+                .flat_map(|l| {
+                    let [n, k] = curves.each_ref().map(|c| f64::from(c.eval(l as f32)));
+                    [l as f32, f0(n, k) as f32]
+                })
+                .collect();
+            let exact = SpectralCurve::from_interleaved(&points).unwrap().reflectance_rgb(SRGB);
+            let [n, k] = curves.each_ref().map(|c| c.average_rgb(SRGB));
+            for c in 0..3 {
+                let averaged = f0(f64::from(n[c]), f64::from(k[c])) as f32;
+                // Gold is redder than sRGB can say.
+                let exact = exact[c].min(1.0);
+                assert!((averaged - exact).abs() < 0.04, "{metal} {c}: {averaged} {exact}");
+            }
+        }
+    }
+
+    #[test]
     fn only_flat_curves_are_constant() {
         assert!(SpectralCurve::Constant(1.5).is_constant());
         assert!(SpectralCurve::named("stdillum-E").unwrap().is_constant());

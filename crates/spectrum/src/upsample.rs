@@ -34,7 +34,7 @@ pub struct RgbToSpectrumTable {
 }
 
 impl RgbToSpectrumTable {
-    /// The table of a space; the first call makes it (some tenths of a second).
+    /// The table of a space; the first call makes it (about a second).
     #[must_use]
     pub fn of(space: ColorSpace) -> &'static Self {
         static TABLES: [OnceLock<RgbToSpectrumTable>; 4] = [const { OnceLock::new() }; 4];
@@ -94,25 +94,25 @@ impl RgbToSpectrumTable {
         table
     }
 
-    /// All levels of one hue, from the middle outwards: each starts from its neighbour.
+    /// All levels of one hue, from the middle outwards; each search starts where its two neighbours point.
     fn build_column(&mut self, fit: &Fit, levels: &[f64; LEVELS], [largest, j, i]: [usize; 3]) {
         let start = LEVELS / 5;
-        let mut middle = DVec3::ZERO;
-        let up = start..LEVELS;
-        let down = (0..start).rev();
-        let mut c = middle;
-        for k in up.chain(down) {
-            if k + 1 == start {
-                c = middle;
-            }
+        let mut solved = [DVec3::ZERO; LEVELS];
+        let mut solve = |k: usize, guess: DVec3| {
             let mut rgb = [levels[k]; 3];
             rgb[(largest + 1) % 3] *= i as f64 / (RES - 1) as f64;
             rgb[(largest + 2) % 3] *= j as f64 / (RES - 1) as f64;
-            c = fit.solve(rgb, c);
-            if k == start {
-                middle = c;
-            }
+            let c = fit.solve(rgb, guess);
             self.coefficients[index(largest, k, j, i)] = c.to_array().map(|x| x as f32);
+            c
+        };
+        solved[start] = solve(start, DVec3::ZERO);
+        solved[start + 1] = solve(start + 1, solved[start]);
+        for k in start + 2..LEVELS {
+            solved[k] = solve(k, solved[k - 1] * 2.0 - solved[k - 2]);
+        }
+        for k in (0..start).rev() {
+            solved[k] = solve(k, solved[k + 1] * 2.0 - solved[k + 2]);
         }
     }
 }
@@ -160,12 +160,12 @@ impl Fit {
     /// Levenberg–Marquardt on the CIELAB distance.
     fn solve(&self, rgb: [f64; 3], start: DVec3) -> DVec3 {
         let target = self.lab(self.xyz_from_rgb * DVec3::from_array(rgb)).0;
-        let (mut c, mut damping) = (start, 1e-4);
+        let (mut c, mut damping) = (limit(start), 1e-4);
         let mut now = self.appearance(c);
         let mut error = (now.lab - target).length_squared();
 
         for _ in 0..40 {
-            if error < 1e-6 {
+            if error < 1e-5 {
                 break;
             }
             // (JᵀJ + μ diag JᵀJ) δ = Jᵀ r.
@@ -300,7 +300,6 @@ mod tests {
                 }
             }
         }
-        println!("worst {worst} at {at:?}, mean {}", sum / n as f32);
         assert!(worst < 8e-3, "{worst} at {at:?}");
         assert!(sum / (n as f32) < 1e-3, "{}", sum / n as f32);
     }
@@ -323,8 +322,7 @@ mod tests {
             [1.0, 0.0, 1.0],
         ] {
             let back = round_trip(ColorSpace::Srgb, rgb);
-            println!("{rgb:?} {back:?}");
-            assert!(distance(back, rgb) < 0.05, "{rgb:?} {back:?}");
+            assert!(distance(back, rgb) < 5e-3, "{rgb:?} {back:?}");
         }
         assert!(distance(round_trip(ColorSpace::Srgb, [0.0; 3]), [0.0; 3]) < 1e-6);
         assert!(distance(round_trip(ColorSpace::Srgb, [1.0; 3]), [1.0; 3]) < 1e-6);
@@ -345,17 +343,6 @@ mod tests {
         for rgb in [[-1.0, 0.5, 2.0], [f32::INFINITY, 0.0, 0.0], [1e-30, 0.0, 0.0], [0.999_999_9, 1.0, 0.5]] {
             let v = t.coefficients(rgb).eval(555.0);
             assert!((0.0..=1.0).contains(&v), "{rgb:?} {v}");
-        }
-    }
-}
-#[cfg(test)]
-mod timing {
-    #[test]
-    fn build_time() {
-        for s in super::ColorSpace::ALL {
-            let t = std::time::Instant::now();
-            let _ = super::RgbToSpectrumTable::of(s);
-            println!("TIME {:?}", t.elapsed());
         }
     }
 }
