@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn rgb_light_one_makes_film_rgb_one() {
-        for space in ColorSpace::ALL {
+        for space in [SRGB, ColorSpace::Rec2020] {
             let rgb = film(&SpectralCurve::RgbIlluminant { space, rgb: [1.0; 3] }, &Sensor::new(space));
             assert!(rgb.iter().all(|c| (c - 1.0).abs() < 1e-3), "{space:?} {rgb:?}");
         }
