@@ -403,3 +403,224 @@ fn fold(node: &Combine<FloatHandle>) -> Option<f32> {
         | Combine::Dots { .. } => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Footprint, TextureContext};
+    use math::{Dir, Point, Transform, Vec2};
+    use scene_desc::{ImageDesc, ImageEncoding, Mapping2d, TextureId as Id, WrapMode};
+    use spectrum::{ColorMode, ColorSpace, Wavelengths};
+    use std::path::Path;
+
+    const RGB: ColorPipeline = ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb);
+
+    fn at(u: f32, v: f32) -> TextureContext {
+        let p = Point::new(u, v, 0.25);
+        TextureContext { p, n: Dir::Z, uv: Vec2::new(u, v), footprint: Footprint::default() }
+    }
+
+    fn float(node: TextureNode) -> TextureDesc {
+        TextureDesc { name: "f".into(), kind: TextureKind::Float, node, span: Span::NONE }
+    }
+
+    fn spectrum(node: TextureNode) -> TextureDesc {
+        TextureDesc { kind: TextureKind::Spectrum, ..float(node) }
+    }
+
+    /// Compiles the last texture as a number and evaluates it.
+    fn number(textures: Vec<TextureDesc>, ctx: &TextureContext) -> f32 {
+        let scene = SceneDesc { textures, ..SceneDesc::default() };
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        let last = Id(scene.textures.len() as u32 - 1);
+        let handle = compiler.float(&FloatInput::Texture(last), Span::NONE);
+        let textures = compiler.finish();
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+        textures.float(&handle, ctx)
+    }
+
+    /// Compiles the last texture as a spectrum and evaluates it in RGB mode.
+    fn color(textures: Vec<TextureDesc>, role: SpectrumRole, ctx: &TextureContext) -> [f32; 3] {
+        let scene = SceneDesc { textures, ..SceneDesc::default() };
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        let last = Id(scene.textures.len() as u32 - 1);
+        let handle = compiler.spectrum(&SpectrumInput::Texture(last), role, Span::NONE);
+        let textures = compiler.finish();
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+        textures.spectrum(&handle, ctx, &Wavelengths::RGB).rgb()
+    }
+
+    fn uv_ramp() -> TextureDesc {
+        let corners = [0.0, 1.0, 2.0, 3.0].map(TextureInput::Float);
+        float(TextureNode::Bilerp { corners, mapping: Mapping2d::default() })
+    }
+
+    fn map(filter: ImageFilter, scale: f32, invert: bool) -> TextureNode {
+        TextureNode::ImageMap {
+            image: ImageId(0),
+            mapping: Mapping2d::default(),
+            wrap: WrapMode::Clamp,
+            filter,
+            max_anisotropy: 8.0,
+            scale,
+            invert,
+        }
+    }
+
+    #[test]
+    fn bilerps_corners_are_where_files_put_them() {
+        // v00, v01, v10, v11: the first digit is s.
+        let f = |u, v| number(vec![uv_ramp()], &at(u, v));
+        assert_eq!([f(0.0, 0.0), f(0.0, 1.0), f(1.0, 0.0), f(1.0, 1.0)], [0.0, 1.0, 2.0, 3.0]);
+        assert!((f(0.25, 0.5) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn textures_combine_as_their_formulas_say() {
+        let tex = || TextureInput::Texture(Id(0));
+        let ctx = at(0.25, 0.5);
+        let scale = TextureNode::Scale { tex: tex(), scale: 3.0.into() };
+        assert!((number(vec![uv_ramp(), float(scale)], &ctx) - 3.0).abs() < 1e-6);
+        let mix = TextureNode::Mix { a: tex(), b: TextureInput::Float(5.0), amount: 0.75.into() };
+        assert!((number(vec![uv_ramp(), float(mix)], &ctx) - 4.0).abs() < 1e-6);
+        let dir = Vec3::new(0.6, 0.0, 0.8) * 2.0;
+        let facing =
+            TextureNode::DirectionMix { a: TextureInput::Float(1.0), b: TextureInput::Float(0.0), dir };
+        assert!((number(vec![float(facing)], &ctx) - 0.8).abs() < 1e-6);
+        let checker = |u: f32| {
+            let (a, b) = (TextureInput::Float(0.1), TextureInput::Float(0.9));
+            let mapping = Some(Mapping2d::Uv { scale: [4.0, 4.0], shift: [0.0; 2] });
+            let node = TextureNode::Checkerboard { a, b, mapping, texture_from_world: Transform::IDENTITY };
+            number(vec![float(node)], &at(u, 0.1))
+        };
+        assert_eq!([checker(0.1), checker(0.3), checker(0.6)], [0.1, 0.9, 0.1]);
+    }
+
+    #[test]
+    fn what_does_not_vary_is_a_constant() {
+        let two = || float(TextureNode::Constant(TextureInput::Float(2.0)));
+        let scaled =
+            TextureNode::Scale { tex: TextureInput::Texture(Id(0)), scale: FloatInput::Texture(Id(0)) };
+        let red =
+            spectrum(TextureNode::Constant(TextureInput::Spectrum(SpectrumDesc::srgb([1.0, 0.0, 0.0]))));
+        let half_red = TextureNode::Scale { tex: TextureInput::Texture(Id(2)), scale: 0.5.into() };
+        let scene = SceneDesc {
+            textures: vec![two(), float(scaled), red, spectrum(half_red)],
+            ..SceneDesc::default()
+        };
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        assert_eq!(compiler.float(&FloatInput::Texture(Id(1)), Span::NONE), FloatHandle::Constant(4.0));
+        let handle = compiler.spectrum(&SpectrumInput::Texture(Id(3)), SpectrumRole::Albedo, Span::NONE);
+        let SpectrumHandle::Constant(value) = handle else { panic!("{handle:?}") };
+        assert_eq!(value.eval(&Wavelengths::RGB).rgb(), [0.5, 0.0, 0.0]);
+        let textures = compiler.finish();
+        assert!(textures.floats.is_empty() && textures.spectra.is_empty());
+    }
+
+    #[test]
+    fn noise_and_marble_are_there_in_every_kind() {
+        let id = Transform::IDENTITY;
+        let ctx = at(0.3, 0.6);
+        let fbm = || TextureNode::Fbm { octaves: 8, roughness: 0.5, texture_from_world: id };
+        let f = number(vec![float(fbm())], &ctx);
+        assert!(f != 0.0 && f.abs() < 1.0);
+        assert_eq!(color(vec![spectrum(fbm())], SpectrumRole::Unbounded, &ctx), [f; 3]);
+        let wrinkled = TextureNode::Wrinkled { octaves: 8, roughness: 0.5, texture_from_world: id };
+        assert!(number(vec![float(wrinkled)], &ctx) > 0.0);
+        assert!(number(vec![float(TextureNode::Windy { texture_from_world: id })], &ctx).abs() < 1.0);
+        let marble = TextureNode::Marble {
+            octaves: 8,
+            roughness: 0.5,
+            scale: 1.0,
+            variation: 0.2,
+            texture_from_world: id,
+        };
+        let rgb = color(vec![spectrum(marble)], SpectrumRole::Albedo, &ctx);
+        assert!(rgb.iter().all(|c| (0.3..=0.9).contains(c)), "{rgb:?}");
+    }
+
+    #[test]
+    fn a_texture_that_uses_a_later_one_is_an_error() {
+        let forward = TextureNode::Scale { tex: TextureInput::Texture(Id(1)), scale: 1.0.into() };
+        let scene = SceneDesc { textures: vec![float(forward), uv_ramp()], ..SceneDesc::default() };
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        let _ = compiler.float(&FloatInput::Texture(Id(0)), Span::NONE);
+        let _ = compiler.float(&FloatInput::Texture(Id(9)), Span::NONE);
+        let _ = compiler.finish();
+        assert_eq!(sink.diagnostics().len(), 2);
+        assert_eq!(sink.diagnostics()[0].message, "texture 1 is not among the 0 made before it");
+    }
+
+    /// A scene whose last texture maps this image: black, red / green, white.
+    fn with_image(dir: &Path, node: TextureDesc) -> SceneDesc {
+        let path = dir.join("four.pfm");
+        let names = ["R", "G", "B"].map(str::to_owned).to_vec();
+        let data = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0];
+        let image = image::Image::from_data(2, 2, names, data).unwrap();
+        image::save(&path, &image, &image::SaveOptions::default()).unwrap();
+        let desc = ImageDesc {
+            path,
+            encoding: ImageEncoding::Auto,
+            space: scene_desc::ColorSpaceName::Srgb,
+            span: Span::NONE,
+        };
+        SceneDesc { textures: vec![node], images: vec![desc], ..SceneDesc::default() }
+    }
+
+    #[test]
+    fn an_image_stands_upright() {
+        let dir = tempfile::tempdir().unwrap();
+        let scene = with_image(dir.path(), spectrum(map(ImageFilter::Point, 1.0, false)));
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        let handle = compiler.spectrum(&SpectrumInput::Texture(Id(0)), SpectrumRole::Albedo, Span::NONE);
+        let textures = compiler.finish();
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+        let rgb = |u, v| textures.spectrum(&handle, &at(u, v), &Wavelengths::RGB).rgb();
+        // The upper row of the file is at v above one half.
+        assert_eq!(rgb(0.25, 0.75), [0.0, 0.0, 0.0]);
+        assert_eq!(rgb(0.75, 0.75), [1.0, 0.0, 0.0]);
+        assert_eq!(rgb(0.25, 0.25), [0.0, 1.0, 0.0]);
+        assert_eq!(rgb(0.75, 0.25), [1.0, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn an_image_is_scaled_then_inverted_and_numbers_are_means() {
+        let dir = tempfile::tempdir().unwrap();
+        for (filter, levels) in
+            [(ImageFilter::Bilinear, 1), (ImageFilter::Ewa, 2), (ImageFilter::Trilinear, 2)]
+        {
+            let mut scene = with_image(dir.path(), float(map(filter, 0.5, true)));
+            scene.textures.push(spectrum(map(filter, 2.0, true)));
+            let mut sink = Sink::default();
+            let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+            let number = compiler.float(&FloatInput::Texture(Id(0)), Span::NONE);
+            let color =
+                compiler.spectrum(&SpectrumInput::Texture(Id(1)), SpectrumRole::Unbounded, Span::NONE);
+            let textures = compiler.finish();
+            assert_eq!(textures.images().get(ImageId(0)).n_levels(), levels);
+            // Red at the upper right: mean 1/3, 1 − 0.5/3; and (1 − 2, 1, 1) without what is below zero.
+            assert!((textures.float(&number, &at(0.75, 0.75)) - (1.0 - 0.5 / 3.0)).abs() < 1e-6);
+            let rgb = textures.spectrum(&color, &at(0.75, 0.75), &Wavelengths::RGB).rgb();
+            assert_eq!(rgb, [0.0, 1.0, 1.0]);
+        }
+    }
+
+    #[test]
+    fn only_images_that_something_uses_are_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut scene = with_image(dir.path(), float(map(ImageFilter::Bilinear, 1.0, false)));
+        scene.images[0].path = "/nowhere/none.png".into();
+        let mut sink = Sink::default();
+        let _ = TextureCompiler::new(&scene, RGB, &mut sink).finish();
+        assert!(sink.diagnostics().is_empty());
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        compiler.use_image(ImageId(0));
+        let _ = compiler.finish();
+        assert!(sink.has_errors());
+    }
+}

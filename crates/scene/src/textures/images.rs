@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use image::{PixelData, f16};
 use rayon::prelude::*;
 use scene_desc::{ImageDesc, ImageEncoding, ImageId, Sink};
 use spectrum::{ColorSpace, TransferFunction};
@@ -75,13 +76,12 @@ impl Images {
     }
 }
 
-/// A file's samples as they are stored: top row first, channels interleaved.
+/// A file's samples as they are stored: top row first, channels interleaved. An alpha that is one everywhere is left
+/// out.
 struct Decoded {
     size: [u32; 2],
     channels: usize,
     samples: Samples,
-    /// What the file says of its primaries.
-    space: Option<ColorSpace>,
 }
 
 enum Samples {
@@ -89,6 +89,8 @@ enum Samples {
     Bytes(Arc<[u8]>),
     /// Codes of 16 bits.
     Words(Vec<u16>),
+    /// Linear values.
+    Halves(Arc<[f16]>),
     /// Linear values.
     Floats(Arc<[f32]>),
 }
@@ -107,10 +109,10 @@ impl Decoded {
                     (0..=u16::MAX).map(|w| transfer.decode(f32::from(w) / 65535.0)).collect();
                 Texels::Floats(words.iter().map(|&w| table[usize::from(w)]).collect())
             }
+            Samples::Halves(data) => Texels::Halves(Arc::clone(data)),
             Samples::Floats(data) => Texels::Floats(Arc::clone(data)),
         };
-        let space = self.space.unwrap_or(color_space(desc.space));
-        TextureImage::new(self.size, self.channels, texels, space)
+        TextureImage::new(self.size, self.channels, texels, color_space(desc.space))
     }
 }
 
@@ -144,6 +146,128 @@ fn black() -> TextureImage {
     TextureImage::new([1, 1], 1, Texels::Floats(Arc::from([0.0])), ColorSpace::Srgb)
 }
 
+/// Reads a file. The cause's causes are part of the message.
 fn decode(path: &Path) -> Result<Decoded, String> {
-    Err(format!("no decoder for {}", path.display()))
+    let buffer = image::load(path).map_err(|e| chain(&e))?;
+    let channels = buffer.layout().count();
+    let has_alpha = buffer.layout().alpha().is_some();
+    let (samples, opaque) = match buffer.data() {
+        PixelData::U8(v) => {
+            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, 255);
+            (Samples::Bytes(v.into()), opaque)
+        }
+        PixelData::U16(v) => {
+            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, u16::MAX);
+            (Samples::Words(v), opaque)
+        }
+        PixelData::F16(v) => {
+            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, f16::ONE);
+            (Samples::Halves(v.into()), opaque)
+        }
+        PixelData::F32(v) => {
+            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, 1.0);
+            (Samples::Floats(v.into()), opaque)
+        }
+    };
+    let size = [buffer.width(), buffer.height()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    Ok(Decoded { size, channels: channels - usize::from(opaque), samples })
+}
+
+/// The samples without their last channel, if that is an alpha that is `one` everywhere; and whether it was.
+fn without_opaque_alpha<T: Copy + PartialEq>(
+    data: &[T],
+    n: usize,
+    has_alpha: bool,
+    one: T,
+) -> (Vec<T>, bool) {
+    let opaque = has_alpha && data.chunks_exact(n).all(|pixel| pixel[n - 1] == one);
+    let kept = if opaque { n - 1 } else { n };
+    (data.chunks_exact(n).flat_map(|pixel| &pixel[..kept]).copied().collect(), opaque)
+}
+
+/// A message with all its causes.
+fn chain(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |e| e.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene_desc::{ColorSpaceName, Severity, Span};
+    use std::path::PathBuf;
+
+    fn desc(path: PathBuf, encoding: ImageEncoding) -> ImageDesc {
+        ImageDesc {
+            path,
+            encoding,
+            space: ColorSpaceName::Srgb,
+            span: Span { file: None, line: 7, column: 1 },
+        }
+    }
+
+    /// Writes a PNG of these linear values.
+    fn png(path: &Path, size: [usize; 2], channels: &[&str], data: Vec<f32>) {
+        let names = channels.iter().map(|c| (*c).to_owned()).collect();
+        let image = image::Image::from_data(size[0], size[1], names, data).unwrap();
+        image::save(path, &image, &image::SaveOptions::default()).unwrap();
+    }
+
+    #[test]
+    fn a_file_is_read_once_for_all_its_meanings() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.png");
+        png(&path, [2, 1], &["R", "G", "B"], vec![0.0, 1.0, 0.215_860_5, 1.0, 0.0, 0.0]);
+        let descs = [
+            desc(path.clone(), ImageEncoding::Auto),
+            desc(path.clone(), ImageEncoding::Linear),
+            desc(path.clone(), ImageEncoding::Gamma(2.0)),
+            desc(path, ImageEncoding::Srgb),
+        ];
+        let mut sink = Sink::default();
+        let uses = [ImageUse::Base, ImageUse::Base, ImageUse::Pyramid, ImageUse::None];
+        let images = Images::load(&descs, &uses, &mut sink);
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+
+        // sRGB keeps 0.2159 as 128 of 255.
+        let blue = |i: u32| images.get(ImageId(i)).texel_rgb(0, 0)[2];
+        let code = 128.0_f32 / 255.0;
+        assert!((blue(0) - 0.215_860_5).abs() < 1e-6, "{}", blue(0));
+        assert!((blue(1) - code).abs() < 1e-6);
+        assert!((blue(2) - code * code).abs() < 1e-6);
+        assert_eq!((images.get(ImageId(3)).width(), images.get(ImageId(3)).height()), (1, 1));
+        assert_eq!(images.get(ImageId(2)).n_levels(), 2);
+        assert!(images.get(ImageId(0)).shares_texels_with(images.get(ImageId(1))));
+    }
+
+    #[test]
+    fn a_missing_file_is_an_error_at_the_line_that_asked_for_it() {
+        let mut sink = Sink::default();
+        let descs = [desc("/nowhere/none.png".into(), ImageEncoding::Auto)];
+        let images = Images::load(&descs, &[ImageUse::Base], &mut sink);
+        let d = &sink.diagnostics()[0];
+        assert_eq!((d.severity, d.span.line), (Severity::Error, 7));
+        assert!(d.message.starts_with("cannot read image \"/nowhere/none.png\": "), "{}", d.message);
+        assert_eq!(images.get(ImageId(0)).texel_rgb(0, 0), [0.0; 3]);
+    }
+
+    #[test]
+    fn an_opaque_alpha_takes_no_memory() {
+        let (kept, opaque) = without_opaque_alpha(&[1_u8, 2, 3, 255, 4, 5, 6, 255], 4, true, 255);
+        assert_eq!((kept, opaque), (vec![1, 2, 3, 4, 5, 6], true));
+        let (kept, opaque) = without_opaque_alpha(&[1_u8, 254, 2, 255], 2, true, 255);
+        assert_eq!((kept.len(), opaque), (4, false));
+    }
+
+    #[test]
+    fn floats_are_linear_whatever_is_asked_for() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.pfm");
+        let image =
+            image::Image::from_data(1, 1, ["R", "G", "B"].map(str::to_owned).to_vec(), vec![7.5, 0.25, 1e-3]);
+        image::save(&path, &image.unwrap(), &image::SaveOptions::default()).unwrap();
+        let mut sink = Sink::default();
+        let images = Images::load(&[desc(path, ImageEncoding::Srgb)], &[ImageUse::Base], &mut sink);
+        assert_eq!(images.get(ImageId(0)).texel_rgb(0, 0), [7.5, 0.25, 1e-3]);
+    }
 }

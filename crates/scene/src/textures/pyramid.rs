@@ -11,6 +11,7 @@
 
 use std::sync::Arc;
 
+use image::f16;
 use math::{Vec2, trig};
 use scene_desc::WrapMode;
 
@@ -50,6 +51,7 @@ impl Pyramid {
                 let data = all.iter().map(|&x| encode(curve, x)).collect();
                 Texels::Bytes { data, curve: Arc::clone(curve) }
             }
+            Texels::Halves(_) => Texels::Halves(all.iter().map(|&x| f16::from_f32(x)).collect()),
             Texels::Floats(_) => Texels::Floats(Arc::from(all)),
         };
         let weight = |i: usize| {

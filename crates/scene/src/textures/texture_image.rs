@@ -1,12 +1,14 @@
 //! An image as textures and lights look it up: compact samples, decoded through a table, wrapped and interpolated.
 //!
-//! Bytes stay bytes; everything else is linear `f32`. Row 0 is the image's top; textures, whose t runs upwards,
+//! Bytes stay bytes and halves halves; everything else is linear `f32`. Row 0 is the image's top; textures, whose t runs upwards,
 //! flip it before they come here. Wrapping and what a single number of a colour image is are pbrt-v4's: alpha
-//! where there is alpha that is not 1 everywhere, the mean of R, G and B otherwise.
+//! where there is alpha that is not 1 everywhere, the mean of R, G and B otherwise. As in pbrt-v4 the curve of bytes
+//! counts for all channels, alpha included.
 
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 
+use image::f16;
 use math::{Vec2, Vec3};
 use scene_desc::WrapMode;
 use spectrum::ColorSpace;
@@ -24,6 +26,8 @@ pub(crate) enum Texels {
         curve: Arc<[f32; 256]>,
     },
     /// Linear values.
+    Halves(Arc<[f16]>),
+    /// Linear values.
     Floats(Arc<[f32]>),
 }
 
@@ -33,6 +37,7 @@ impl Texels {
     pub(crate) fn get(&self, i: usize) -> f32 {
         match self {
             Self::Bytes { data, curve } => curve[usize::from(data[i])],
+            Self::Halves(data) => data[i].to_f32(),
             Self::Floats(data) => data[i],
         }
     }
@@ -41,6 +46,7 @@ impl Texels {
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Bytes { data, .. } => data.len(),
+            Self::Halves(data) => data.len() * 2,
             Self::Floats(data) => data.len() * 4,
         }
     }
@@ -188,6 +194,15 @@ impl TextureImage {
     #[must_use]
     pub fn memory(&self) -> usize {
         self.base.bytes() + self.pyramid.as_ref().map_or(0, Pyramid::bytes)
+    }
+
+    /// Are the texels held in common?
+    #[cfg(test)]
+    pub(crate) fn shares_texels_with(&self, other: &Self) -> bool {
+        match (&self.base, &other.base) {
+            (Texels::Bytes { data: a, .. }, Texels::Bytes { data: b, .. }) => Arc::ptr_eq(a, b),
+            (Texels::Bytes { .. } | Texels::Halves(_) | Texels::Floats(_), _) => false,
+        }
     }
 
     /// The image itself.
