@@ -82,7 +82,7 @@ fn layers(root: &Path, wrong: &mut Vec<String>) -> Result<()> {
 
 fn bibliography_keys(root: &Path) -> Result<BTreeSet<String>> {
     let text = fs::read_to_string(root.join("docs/references.bib")).context("docs/references.bib")?;
-    let key = |line: &str| Some(line.strip_prefix('@')?.split_once('{')?.1.trim_end_matches(',').to_owned());
+    let key = |line: &str| Some(line.strip_prefix('@')?.split_once('{')?.1.split(',').next()?.to_owned());
     Ok(text.lines().filter_map(key).collect())
 }
 
