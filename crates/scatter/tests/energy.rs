@@ -197,3 +197,37 @@ fn a_lossless_milky_coat_over_white_gives_back_all() {
         assert!((m.mean() - 1.0).abs() < 5.0 * m.std_error() + 1e-4, "{mu}: {m:?}");
     }
 }
+
+#[test]
+fn extreme_parameters_give_finite_numbers() {
+    let metal = |k: f32, alpha| Conductor::new(Spectrum::splat(0.05), Spectrum::splat(k), alpha);
+    for (alpha, eta) in [
+        ([1e-3, 1e-3], 1.5),
+        ([1e-4, 0.5], 0.3),
+        ([0.3, 0.3], 1.000_1),
+        ([1.0, 1.0], 4.0),
+        ([5.0, 0.01], 1.3),
+    ] {
+        let coat = Coat { alpha, eta, thickness: 3.0, ..Coat::default() };
+        let milky = Coat { albedo: Spectrum::ONE, g: 0.999, ..coat };
+        let profile = CoatProfile::new(eta, alpha[0], 3.0);
+        for bsdf in [
+            Bsdf::from(Dielectric::new(eta, alpha)),
+            metal(1000.0, alpha).into(),
+            CoatedDiffuse::new(SAND, &coat, Some(profile)).into(),
+            CoatedConductor::new(metal(3.0, alpha), &milky).into(),
+        ] {
+            testkit::laws::bsdf::Subject::new(bsdf).is_finite_everywhere();
+        }
+    }
+}
+
+#[test]
+fn the_estimate_of_a_smooth_coats_albedo_is_exact() {
+    for mu in [0.1, 0.6, 1.0] {
+        let plastic = Bsdf::from(CoatedDiffuse::new(SAND, &Coat::default(), None));
+        let estimate = f64::from(plastic.albedo_estimate(-at(mu)).lanes()[0]);
+        let m = albedo(plastic, at(mu), 100_000);
+        assert!((m.mean() - estimate).abs() < 5.0 * m.std_error() + 1e-4, "{mu}: {m:?} {estimate}");
+    }
+}

@@ -49,6 +49,8 @@ bsdf_laws! {
     coated_conductor: CoatedConductor::new(copper([0.25; 2]), &coat([0.3; 2]));
     coated_conductor_milky: CoatedConductor::new(copper([0.3; 2]), &milky([0.25; 2]));
     any: Bsdf::from(Diffuse::new(RED));
+    regularized_glass: Bsdf::from(Dielectric::new(1.5, [0.02; 2])).regularized();
+    regularized_coat: Bsdf::from(closed(0.04)).regularized();
 }
 
 phase_laws! {

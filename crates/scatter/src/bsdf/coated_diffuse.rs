@@ -57,7 +57,7 @@ impl CoatedDiffuse {
         } else if top.is_smooth() {
             Some(profile.unwrap_or_else(|| CoatProfile::smooth(coat.eta, coat.thickness)))
         } else {
-            profile
+            profile.filter(CoatProfile::is_rough)
         };
         let inside = closed.map_or(Inside::Walk(coat.layer()), |profile| {
             let k = profile.internal();
@@ -253,8 +253,15 @@ impl BsdfKind for CoatedDiffuse {
     }
 
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum {
-        let top = fresnel::dielectric(wo.abs_cos_theta(), self.top.eta());
-        Spectrum::splat(top) + self.reflectance * (1.0 - top)
+        let up = if wo.0.z < 0.0 { -wo } else { wo };
+        let top = fresnel::dielectric(up.0.z, self.top.eta());
+        self.either(
+            |c| {
+                let (top, base) = self.albedos(up, c);
+                Spectrum::splat(top) + base
+            },
+            |_| Spectrum::splat(top) + self.reflectance * (1.0 - top),
+        )
     }
 
     /// The widened boundary has no profile, so the walk takes over.

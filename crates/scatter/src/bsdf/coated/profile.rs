@@ -69,6 +69,12 @@ impl CoatProfile {
         profile
     }
 
+    /// Made for a rough boundary?
+    #[must_use]
+    pub fn is_rough(&self) -> bool {
+        self.transmittance[N_NODES - 1] > 0.0
+    }
+
     /// `K`.
     #[must_use]
     pub fn internal(&self) -> f32 {

@@ -249,17 +249,19 @@ enum Place {
     Medium,
 }
 
-/// Russian roulette for walks that carry little.
+/// Russian roulette for walks that carry little: after the fourth event in proportion to what they carry (pbrt-v4),
+/// before it only those that carry next to nothing, which would cost as much as the first event and add a hundredth.
 #[inline]
 fn survives(beta: &mut Spectrum, depth: u16, rng: &mut WalkRng) -> bool {
     let largest = beta.max_component();
-    if depth <= 3 || largest >= 0.25 {
+    let (below, survivors_carry) = if depth <= 3 { (0.1, 0.1) } else { (0.25, 1.0) };
+    if largest >= below {
         return true;
     }
-    if rng.one() >= largest {
+    if rng.one() * survivors_carry >= largest {
         return false;
     }
-    *beta = *beta / largest;
+    *beta = *beta * (survivors_carry / largest);
     true
 }
 
