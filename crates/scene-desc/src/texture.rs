@@ -176,7 +176,7 @@ pub enum TextureNode {
         max_anisotropy: f32,
         /// Factor on the value.
         scale: f32,
-        /// `1 − value` (before the factor)?
+        /// `1 − value` (after the factor, as in pbrt-v4)?
         invert: bool,
     },
 }

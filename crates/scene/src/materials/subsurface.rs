@@ -1,7 +1,7 @@
 //! What stands for subsurface scattering until there is subsurface scattering: its albedo.
 //!
 //! A half space of particles with single-scattering albedo ω and asymmetry g gives back
-//! `(1 − s)(1 − 0.139 s) / (1 + 1.17 s)` of uniform light, `s = √((1 − ω)/(1 − ω g))` [VandeHulst1980].
+//! `(1 − s)(1 − 0.139 s) / (1 + 1.17 s)` of uniform light, `s = √((1 − ω)/(1 − ω g))` [Hulst1980].
 //! Named coefficients are those of [Jensen2001], in 1/mm, scattering reduced.
 
 use spectrum::Spectrum;

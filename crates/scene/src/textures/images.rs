@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use image::{PixelData, f16};
+use image::{ChannelLayout, PixelData, f16};
 use rayon::prelude::*;
 use scene_desc::{ImageDesc, ImageEncoding, ImageId, Sink};
 use spectrum::{ColorSpace, TransferFunction};
@@ -77,7 +77,7 @@ impl Images {
 }
 
 /// A file's samples as they are stored: top row first, channels interleaved. An alpha that is one everywhere is left
-/// out.
+/// out, and so is that of grey images, as in pbrt-v4.
 struct Decoded {
     size: [u32; 2],
     channels: usize,
@@ -149,40 +149,41 @@ fn black() -> TextureImage {
 /// Reads a file. The cause's causes are part of the message.
 fn decode(path: &Path) -> Result<Decoded, String> {
     let buffer = image::load(path).map_err(|e| chain(&e))?;
-    let channels = buffer.layout().count();
-    let has_alpha = buffer.layout().alpha().is_some();
-    let (samples, opaque) = match buffer.data() {
-        PixelData::U8(v) => {
-            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, 255);
-            (Samples::Bytes(v.into()), opaque)
-        }
-        PixelData::U16(v) => {
-            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, u16::MAX);
-            (Samples::Words(v), opaque)
-        }
-        PixelData::F16(v) => {
-            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, f16::ONE);
-            (Samples::Halves(v.into()), opaque)
-        }
-        PixelData::F32(v) => {
-            let (v, opaque) = without_opaque_alpha(v, channels, has_alpha, 1.0);
-            (Samples::Floats(v.into()), opaque)
-        }
+    let n = buffer.layout().count();
+    let keep = match buffer.layout() {
+        ChannelLayout::La => 1,
+        ChannelLayout::Rgba if is_opaque(buffer.data()) => 3,
+        ChannelLayout::L | ChannelLayout::Rgb | ChannelLayout::Rgba => n,
+    };
+    let samples = match buffer.data() {
+        PixelData::U8(v) => Samples::Bytes(first_channels(v, n, keep).into()),
+        PixelData::U16(v) => Samples::Words(first_channels(v, n, keep)),
+        PixelData::F16(v) => Samples::Halves(first_channels(v, n, keep).into()),
+        PixelData::F32(v) => Samples::Floats(first_channels(v, n, keep).into()),
     };
     let size = [buffer.width(), buffer.height()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    Ok(Decoded { size, channels: channels - usize::from(opaque), samples })
+    Ok(Decoded { size, channels: keep, samples })
 }
 
-/// The samples without their last channel, if that is an alpha that is `one` everywhere; and whether it was.
-fn without_opaque_alpha<T: Copy + PartialEq>(
-    data: &[T],
-    n: usize,
-    has_alpha: bool,
-    one: T,
-) -> (Vec<T>, bool) {
-    let opaque = has_alpha && data.chunks_exact(n).all(|pixel| pixel[n - 1] == one);
-    let kept = if opaque { n - 1 } else { n };
-    (data.chunks_exact(n).flat_map(|pixel| &pixel[..kept]).copied().collect(), opaque)
+/// Is the last of four channels one everywhere?
+fn is_opaque(data: &PixelData) -> bool {
+    fn all<T: Copy + PartialEq>(data: &[T], one: T) -> bool {
+        data.chunks_exact(4).all(|pixel| pixel[3] == one)
+    }
+    match data {
+        PixelData::U8(v) => all(v, u8::MAX),
+        PixelData::U16(v) => all(v, u16::MAX),
+        PixelData::F16(v) => all(v, f16::ONE),
+        PixelData::F32(v) => all(v, 1.0),
+    }
+}
+
+/// The first `keep` of `n` channels.
+fn first_channels<T: Copy>(data: &[T], n: usize, keep: usize) -> Vec<T> {
+    if keep == n {
+        return data.to_vec();
+    }
+    data.chunks_exact(n).flat_map(|pixel| &pixel[..keep]).copied().collect()
 }
 
 /// A message with all its causes.
@@ -253,10 +254,27 @@ mod tests {
 
     #[test]
     fn an_opaque_alpha_takes_no_memory() {
-        let (kept, opaque) = without_opaque_alpha(&[1_u8, 2, 3, 255, 4, 5, 6, 255], 4, true, 255);
-        assert_eq!((kept, opaque), (vec![1, 2, 3, 4, 5, 6], true));
-        let (kept, opaque) = without_opaque_alpha(&[1_u8, 254, 2, 255], 2, true, 255);
-        assert_eq!((kept.len(), opaque), (4, false));
+        let bytes = |v: &[u8]| PixelData::U8(v.to_vec());
+        assert!(is_opaque(&bytes(&[1, 2, 3, 255, 4, 5, 6, 255])));
+        assert!(!is_opaque(&bytes(&[1, 2, 3, 255, 4, 5, 6, 254])));
+        assert_eq!(first_channels(&[1, 2, 3, 255, 4, 5, 6, 255], 4, 3), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(first_channels(&[1, 9, 2, 8], 2, 1), [1, 2]);
+    }
+
+    #[test]
+    fn a_cut_out_keeps_its_alpha() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("leaf.exr");
+        let names = ["R", "G", "B", "A"].map(str::to_owned).to_vec();
+        let data = vec![0.5, 0.25, 1.0, 0.0, 0.5, 0.25, 1.0, 1.0];
+        let image = image::Image::from_data(2, 1, names, data).unwrap();
+        image::save(&path, &image, &image::SaveOptions::default()).unwrap();
+        let mut sink = Sink::default();
+        let images = Images::load(&[desc(path, ImageEncoding::Auto)], &[ImageUse::Base], &mut sink);
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+        let leaf = images.get(ImageId(0));
+        assert_eq!([leaf.texel_scalar(0, 0), leaf.texel_scalar(1, 0)], [0.0, 1.0]);
+        assert_eq!(leaf.texel_rgb(0, 0), [0.5, 0.25, 1.0]);
     }
 
     #[test]

@@ -85,7 +85,7 @@ impl TextureImage {
         let width = 2.0 * (d[0] * size).abs().max((d[1] * size).abs()).max_element();
         let top = self.n_levels() - 1;
         let lod = if width > 1.0 { trig::log2(width) } else { 0.0 };
-        if !(lod < top as f32) {
+        if lod >= top as f32 {
             return self.level(top).bilinear(st, mode);
         }
         let fine = lod as usize;

@@ -121,16 +121,12 @@ impl Texel for Vec3 {
 }
 
 impl TextureImage {
-    /// `width × height` texels of 1 (grey), 2 (grey, alpha), 3 or 4 channels, top row first. An alpha that is one
-    /// everywhere is no alpha.
+    /// Texels of 1 (grey), 3 (colour) or 4 (colour and alpha) channels, top row first.
     pub(crate) fn new(size: [u32; 2], channels: usize, base: Texels, space: ColorSpace) -> Self {
-        let has_alpha = channels == 2 || channels == 4;
-        let n = size[0] as usize * size[1] as usize;
-        let opaque = !has_alpha || (0..n).all(|i| base.get(i * channels + channels - 1) == 1.0);
-        let scalar = match (opaque, channels) {
-            (false, _) => Scalar::Alpha,
-            (true, 1 | 2) => Scalar::First,
-            (true, _) => Scalar::MeanRgb,
+        let scalar = match channels {
+            3 => Scalar::MeanRgb,
+            4 => Scalar::Alpha,
+            _ => Scalar::First,
         };
         Self { width: size[0], height: size[1], channels, scalar, space, base, pyramid: None }
     }
@@ -348,12 +344,12 @@ mod tests {
     }
 
     #[test]
-    fn one_number_of_a_colour_is_alpha_only_where_alpha_says_something() {
-        let opaque = floats([1, 2], 4, vec![0.1, 0.2, 0.6, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    fn one_number_of_a_colour_is_its_alpha_or_its_mean() {
+        let opaque = floats([1, 2], 3, vec![0.1, 0.2, 0.6, 0.0, 0.0, 0.0]);
         assert!((opaque.texel_scalar(0, 0) - 0.3).abs() < 1e-6);
         let cut_out = floats([1, 2], 4, vec![0.1, 0.2, 0.6, 0.25, 0.0, 0.0, 0.0, 1.0]);
         assert_eq!(cut_out.texel_scalar(0, 0), 0.25);
-        assert_eq!(floats([1, 1], 2, vec![0.5, 0.0]).texel_scalar(0, 0), 0.0);
-        assert_eq!(floats([1, 1], 2, vec![0.5, 0.0]).texel_rgb(0, 0), [0.5; 3]);
+        let grey = floats([1, 1], 1, vec![0.5]);
+        assert_eq!((grey.texel_scalar(0, 0), grey.texel_rgb(0, 0)), (0.5, [0.5; 3]));
     }
 }
