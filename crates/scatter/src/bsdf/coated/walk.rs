@@ -261,7 +261,7 @@ fn survives(beta: &mut Spectrum, depth: u16, rng: &mut WalkRng) -> bool {
     if rng.one() * survivors_carry >= largest {
         return false;
     }
-    *beta = *beta * (survivors_carry / largest);
+    *beta *= survivors_carry / largest;
     true
 }
 
