@@ -34,6 +34,20 @@ pub(crate) enum SourceError {
     Inflates(u64),
 }
 
+impl SourceError {
+    /// What to do about it.
+    pub(crate) fn hint(&self) -> &'static str {
+        match self {
+            Self::Io(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                "paths are relative to the main scene file's folder"
+            }
+            Self::Io(_) | Self::NotAFile => "is it the right file?",
+            Self::Gzip(_) => "the file is truncated or damaged",
+            Self::Inflates(_) => "unpack it to see whether it is meant so",
+        }
+    }
+}
+
 /// Reads a file; gzip is seen by its first bytes, whatever the name.
 pub(crate) fn read(path: &Path) -> Result<Source, SourceError> {
     if !fs::metadata(path)?.is_file() {

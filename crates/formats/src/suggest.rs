@@ -16,6 +16,7 @@ pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
 pub(crate) fn hint(word: &str, candidates: &[&str]) -> String {
     match nearest(word, candidates.iter().copied()) {
         Some(c) => format!("did you mean \"{c}\"?"),
+        None if candidates.len() == 1 => format!("there is only {}", listing(candidates)),
         None => format!("possible are {}", listing(candidates)),
     }
 }

@@ -1,4 +1,11 @@
 //! The scenes beside the workspace, made by others: they load, and every warning is one that is expected.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::wildcard_enum_match_arm,
+    clippy::too_many_lines,
+    reason = "tests"
+)]
 
 mod common;
 

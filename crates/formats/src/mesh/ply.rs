@@ -64,9 +64,7 @@ pub(super) struct Raw {
 
 /// Reads a file.
 pub(crate) fn load(path: &Path) -> Result<Ply, PlyError> {
-    let source = source::read(path).map_err(|e| {
-        PlyError::new(format!("cannot be read: {e}"), "paths are relative to the main scene file's folder")
-    })?;
+    let source = source::read(path).map_err(|e| PlyError::new(format!("cannot be read: {e}"), e.hint()))?;
     parse(&source.bytes, source.hash)
 }
 
@@ -116,7 +114,11 @@ fn check_indices(raw: &Raw) -> Result<(), PlyError> {
     if (max as usize) < n || (raw.triangles.is_empty() && raw.quads.is_empty()) {
         return Ok(());
     }
-    let message = format!("vertex index {} is out of range", max as i32);
+    // As a signed number it is what the file says, if that is negative.
+    let message = match max {
+        u32::MAX => "a vertex index is negative or no whole number".to_owned(),
+        _ => format!("vertex index {} is out of range", max as i32),
+    };
     Err(PlyError::new(message, format!("there are {n} vertices: 0 to {}", n.saturating_sub(1))))
 }
 

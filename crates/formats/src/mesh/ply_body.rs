@@ -365,6 +365,10 @@ impl Numbers for Text<'_> {
         }
         let rest = &self.bytes[self.at..];
         let word: Vec<u8> = rest.iter().take(20).copied().take_while(|b| !b.is_ascii_whitespace()).collect();
+        if word.is_empty() {
+            let message = format!("line {}: {what} {item} has an impossible count", self.line);
+            return PlyError::new(message, "the file is damaged");
+        }
         let message = format!(
             "line {}: {} where {what} {item} has a number",
             self.line,

@@ -15,6 +15,9 @@ use super::state::{Entities, InstanceEntity, Name, ObjectEntity, TransformSet};
 use crate::report::Report;
 use crate::{source, suggest};
 
+/// Wavelengths and values.
+pub(super) type Pairs = Arc<[(f32, f32)]>;
+
 /// What building needs at hand.
 pub(super) struct Build<'r, 's> {
     pub(super) report: &'r mut Report<'s>,
@@ -26,7 +29,7 @@ pub(super) struct Build<'r, 's> {
     pub(super) named_materials: HashMap<String, MaterialId>,
     pub(super) media: HashMap<String, MediumId>,
     pub(super) images: HashMap<(PathBuf, EncodingKey), ImageId>,
-    pub(super) spectra: HashMap<PathBuf, Option<Arc<[(f32, f32)]>>>,
+    pub(super) spectra: HashMap<PathBuf, Option<Pairs>>,
     pub(super) hashes: Vec<u64>,
 }
 

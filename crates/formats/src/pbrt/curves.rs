@@ -95,7 +95,7 @@ fn windows<const N: usize>(points: &[Vec3]) -> impl Iterator<Item = &[Vec3; N]> 
 
 /// Bézier segments that share their ends; `None` if points are left over.
 fn chain<const N: usize>(points: &[Vec3], degree: usize) -> Option<impl Iterator<Item = &[Vec3; N]>> {
-    let fits = points.len() > degree && (points.len() - 1) % degree == 0;
+    let fits = points.len() > degree && (points.len() - 1).is_multiple_of(degree);
     fits.then(|| windows::<N>(points).step_by(degree))
 }
 

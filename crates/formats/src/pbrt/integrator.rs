@@ -34,7 +34,32 @@ impl Build<'_, '_> {
         let Some(entity) = integrator else { return };
         let (p, span) = (&entity.params, entity.span);
         let mut parameters = BTreeMap::new();
-        let name = match entity.kind.as_str() {
+        let Some(name) = self.integrator_name(entity, &mut parameters) else { return };
+        let max_depth =
+            (name != "ao").then(|| p.count("maxdepth", 5, 0..=i32::MAX as u32, self.report).min(DEEPEST));
+        if p.boolean("regularize", false, self.report) {
+            parameters.insert("regularize".into(), ParameterValue::Bool(true));
+        }
+        let light_selection = self.light_selection(p);
+        p.report_unused(&format!("integrator \"{}\"", entity.kind), self.report);
+        self.scene.integrator = IntegratorDesc {
+            name: name.into(),
+            max_depth,
+            rr_depth: None,
+            light_selection,
+            parameters,
+            span,
+        };
+    }
+
+    /// Our name for pbrt's, and what is special to the method.
+    fn integrator_name(
+        &mut self,
+        entity: &Entity,
+        parameters: &mut BTreeMap<String, ParameterValue>,
+    ) -> Option<&'static str> {
+        let (p, span) = (&entity.params, entity.span);
+        Some(match entity.kind.as_str() {
             "path" | "volpath" => "path",
             "simplepath" => {
                 // Both flags change the noise, not the picture.
@@ -48,11 +73,11 @@ impl Build<'_, '_> {
                 "bdpt"
             }
             "mlt" => {
-                self.mlt(p, &mut parameters);
+                self.mlt(p, parameters);
                 "mlt"
             }
             "sppm" => {
-                self.sppm(p, &mut parameters);
+                self.sppm(p, parameters);
                 "sppm"
             }
             "ambientocclusion" => {
@@ -73,29 +98,14 @@ impl Build<'_, '_> {
             "directlighting" | "whitted" => {
                 let old = format!("integrator \"{}\"", entity.kind);
                 super::parser::old_syntax(self.report, span, &old, "\"path\" with \"integer maxdepth\" 1");
-                return;
+                return None;
             }
             name => {
                 let hint = suggest::hint(name, &INTEGRATORS);
                 self.report.error(span, format!("unknown integrator \"{name}\"")).hint(hint);
-                return;
+                return None;
             }
-        };
-        let max_depth =
-            (name != "ao").then(|| p.count("maxdepth", 5, 0..=i32::MAX as u32, self.report).min(DEEPEST));
-        if p.boolean("regularize", false, self.report) {
-            parameters.insert("regularize".into(), ParameterValue::Bool(true));
-        }
-        let light_selection = self.light_selection(p);
-        p.report_unused(&format!("integrator \"{}\"", entity.kind), self.report);
-        self.scene.integrator = IntegratorDesc {
-            name: name.into(),
-            max_depth,
-            rr_depth: None,
-            light_selection,
-            parameters,
-            span,
-        };
+        })
     }
 
     fn light_selection(&mut self, p: &Params) -> LightSelection {

@@ -31,7 +31,7 @@ impl Build<'_, '_> {
             },
             "spot" => self.spot(entity),
             "distant" => {
-                let (from, to) = self.from_to(entity);
+                let (from, to) = self.ends(entity);
                 let radiance = self.illuminant(p, "L");
                 LightKind::Distant { radiance, from, to, illuminance: self.positive(p, "illuminance") }
             }
@@ -61,7 +61,7 @@ impl Build<'_, '_> {
         p.float_opt(name, self.report).filter(|x| *x > 0.0)
     }
 
-    fn from_to(&mut self, entity: &Entity) -> (Vec3, Vec3) {
+    fn ends(&mut self, entity: &Entity) -> (Vec3, Vec3) {
         let p = &entity.params;
         let from = p.vec3("from", Type::Point3, Vec3::ZERO, self.report);
         let to = p.vec3("to", Type::Point3, Vec3::Z, self.report);
@@ -75,7 +75,7 @@ impl Build<'_, '_> {
 
     fn spot(&mut self, entity: &Entity) -> LightKind {
         let p = &entity.params;
-        let (from, to) = self.from_to(entity);
+        let (from, to) = self.ends(entity);
         let cone_angle = p.float("coneangle", 30.0, self.report);
         let cone_delta = p.float("conedeltaangle", 5.0, self.report);
         if !(cone_angle > 0.0 && cone_angle <= 180.0) {

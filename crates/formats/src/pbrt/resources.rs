@@ -41,6 +41,9 @@ impl Build<'_, '_> {
     /// The image in a file; a file that is not there is an error at `span`.
     pub(super) fn image(&mut self, name: &str, span: Span, encoding: ImageEncoding) -> Option<ImageId> {
         let path = self.resolve(name);
+        // pbrt asks for an encoding in PNG files alone: other 8-bit images are sRGB, the rest is linear.
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let encoding = if is_png { encoding } else { ImageEncoding::Auto };
         let key = (path.clone(), encoding.into());
         if let Some(id) = self.images.get(&key) {
             return Some(*id);

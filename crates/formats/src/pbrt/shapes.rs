@@ -178,6 +178,9 @@ impl Build<'_, '_> {
     fn positions(&mut self, entity: &Entity) -> Option<Vec<Vec3>> {
         let positions = entity.params.vec3s("P", Type::Point3);
         if positions.is_empty() {
+            if entity.params.was_dropped("P") {
+                return None;
+            }
             if let Some(at) = entity.params.span_of("P") {
                 return self.refuse(at, "\"P\" is of the wrong type", "it takes \"point3\"");
             }
@@ -190,6 +193,9 @@ impl Build<'_, '_> {
     /// Corners of faces, all below `n_vertices`.
     fn indices<const N: usize>(&mut self, entity: &mut Entity, n_vertices: usize) -> Option<Vec<[u32; N]>> {
         let Some((raw, span)) = entity.params.take_integers("indices") else {
+            if entity.params.was_dropped("indices") {
+                return None;
+            }
             if n_vertices == N {
                 return Some(vec![std::array::from_fn(|i| i as u32)]);
             }

@@ -1,13 +1,13 @@
 //! Parameters that hold spectra, or textures of them.
 
-use std::sync::Arc;
-
 use scene_desc::{
     FloatInput, Illuminant, IndexOfRefraction, Span, SpectrumDesc, SpectrumInput, TextureId, TextureInput,
     TextureKind,
 };
 
-use super::build::Build;
+use spectrum::SpectralCurve;
+
+use super::build::{Build, Pairs};
 use super::params::{Param, Params, Type, Values};
 use crate::source;
 
@@ -24,52 +24,6 @@ pub(super) enum Role {
 
 /// The types that a spectrum is given in.
 const SPECTRUM: [Type; 3] = [Type::Rgb, Type::Spectrum, Type::Blackbody];
-
-/// The spectra that pbrt-v4 knows by name.
-pub(super) const NAMED: [&str; 42] = [
-    "glass-BAF10",
-    "glass-BK7",
-    "glass-F11",
-    "glass-F5",
-    "glass-FK51A",
-    "glass-LASF9",
-    "glass-SF10",
-    "glass-SF11",
-    "glass-SF5",
-    "illum-acesD60",
-    "metal-Ag-eta",
-    "metal-Ag-k",
-    "metal-Al-eta",
-    "metal-Al-k",
-    "metal-Au-eta",
-    "metal-Au-k",
-    "metal-Cu-eta",
-    "metal-Cu-k",
-    "metal-CuZn-eta",
-    "metal-CuZn-k",
-    "metal-MgO-eta",
-    "metal-MgO-k",
-    "metal-TiO2-eta",
-    "metal-TiO2-k",
-    "stdillum-A",
-    "stdillum-D50",
-    "stdillum-D55",
-    "stdillum-D65",
-    "stdillum-D75",
-    "stdillum-E",
-    "stdillum-F1",
-    "stdillum-F10",
-    "stdillum-F11",
-    "stdillum-F12",
-    "stdillum-F2",
-    "stdillum-F3",
-    "stdillum-F4",
-    "stdillum-F5",
-    "stdillum-F6",
-    "stdillum-F7",
-    "stdillum-F8",
-    "stdillum-F9",
-];
 
 impl Build<'_, '_> {
     /// A spectrum parameter.
@@ -229,7 +183,7 @@ impl Build<'_, '_> {
 
     /// A spectrum that pbrt knows, or one in a file of pairs.
     fn named_spectrum(&mut self, name: &str, span: Span) -> Option<SpectrumDesc> {
-        if NAMED.contains(&name) {
+        if SpectralCurve::named(name).is_some() {
             return Some(SpectrumDesc::Named(name.to_owned()));
         }
         let path = self.resolve(name);
@@ -241,13 +195,14 @@ impl Build<'_, '_> {
         curve.map(SpectrumDesc::Curve)
     }
 
-    fn spectrum_file(&mut self, name: &str, span: Span) -> Option<Arc<[(f32, f32)]>> {
+    fn spectrum_file(&mut self, name: &str, span: Span) -> Option<Pairs> {
         let path = self.resolve(name);
         let source = match source::read(&path) {
             Ok(source) => source,
             Err(_) if !path.exists() => {
                 let message = format!("\"{name}\" is no spectrum that is known, and no file");
-                let hint = match crate::suggest::nearest(name, NAMED) {
+                let names = spectrum::spectrum_names();
+                let hint = match crate::suggest::nearest(name, names.iter().map(String::as_str)) {
                     Some(n) => format!("did you mean \"{n}\"?"),
                     None => "names are such as \"metal-Au-eta\", \"glass-BK7\", \"stdillum-D65\"".into(),
                 };
@@ -299,7 +254,7 @@ fn check_pairs(pairs: &[(f32, f32)], n: usize) -> Option<String> {
     if n == 0 {
         return Some("a spectrum without values".into());
     }
-    if n % 2 != 0 {
+    if !n.is_multiple_of(2) {
         return Some(format!("{n} numbers make no pairs"));
     }
     let bad = pairs.windows(2).find(|w| w[1].0 <= w[0].0)?;
