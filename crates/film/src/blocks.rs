@@ -19,14 +19,25 @@ pub(crate) trait Block: Sized {
 /// All blocks of an image, in rows.
 pub(crate) struct Blocks<B> {
     bounds: Bounds2i,
-    columns: usize,
     blocks: Vec<Mutex<B>>,
+}
+
+/// Blocks across an image of this many columns (or rows).
+fn across(n: usize) -> usize {
+    n.div_ceil(SIDE as usize)
+}
+
+/// Which block of an image holds the pixel, or, for one outside, the nearest pixel inside.
+pub(crate) fn block_of(bounds: &Bounds2i, pixel: [i32; 2]) -> usize {
+    let at = |a: usize| {
+        ((pixel[a].clamp(bounds.min[a], bounds.max[a] - 1) - bounds.min[a]) as u32 / SIDE as u32) as usize
+    };
+    at(1) * across(bounds.width()) + at(0)
 }
 
 impl<B: Block> Blocks<B> {
     /// `None` if `make` finds no memory.
     pub(crate) fn new(bounds: Bounds2i, make: impl Fn(Bounds2i) -> Option<B>) -> Option<Self> {
-        let across = |n: usize| n.div_ceil(SIDE as usize);
         let (columns, rows) = (across(bounds.width()), across(bounds.height()));
         let mut blocks = Vec::new();
         blocks.try_reserve_exact(columns * rows).ok()?;
@@ -36,7 +47,7 @@ impl<B: Block> Blocks<B> {
             let area = Bounds2i::new(min, [min[0] + SIDE, min[1] + SIDE]).intersect(&bounds);
             blocks.push(Mutex::new(make(area)?));
         }
-        Some(Self { bounds, columns, blocks })
+        Some(Self { bounds, blocks })
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -48,22 +59,18 @@ impl<B: Block> Blocks<B> {
         self.blocks[i].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Which block holds the pixel; it must lie inside.
-    pub(crate) fn index_of(&self, pixel: [i32; 2]) -> usize {
-        let at = |a: usize| ((pixel[a] - self.bounds.min[a]) / SIDE) as usize;
-        at(1) * self.columns + at(0)
-    }
-
     /// Calls `f` with every block that touches `area`, locked, and the part that it shares.
     pub(crate) fn for_each_in(&self, area: Bounds2i, mut f: impl FnMut(&mut B, Bounds2i)) {
         let area = area.intersect(&self.bounds);
         if area.area() == 0 {
             return;
         }
-        let (first, last) = (self.index_of(area.min), self.index_of([area.max[0] - 1, area.max[1] - 1]));
-        for row in first / self.columns..=last / self.columns {
-            for column in first % self.columns..=last % self.columns {
-                let mut block = self.lock(row * self.columns + column);
+        let columns = across(self.bounds.width());
+        let first = block_of(&self.bounds, area.min);
+        let last = block_of(&self.bounds, [area.max[0] - 1, area.max[1] - 1]);
+        for row in first / columns..=last / columns {
+            for column in first % columns..=last % columns {
+                let mut block = self.lock(row * columns + column);
                 let shared = block.area().intersect(&area);
                 f(&mut block, shared);
             }

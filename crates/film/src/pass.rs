@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use math::Bounds2i;
 
 use crate::bad::{BadSample, BadSamples, kind_of};
-use crate::blocks::{Block, Blocks, offset_in, zeros};
+use crate::blocks::{Block, Blocks, block_of, offset_in, zeros};
 use crate::error::Error;
 use crate::fixed::{Fixed, add3, weight};
 use crate::settings::FilmSettings;
@@ -100,18 +100,9 @@ impl PassBuffer {
     /// Adds all splats of the list, and empties it.
     pub fn add_splats(&self, list: &mut SplatList) {
         // Splats of one block together, so that its lock is taken once.
-        let block_of = |pixel: [i32; 2]| {
-            let Bounds2i { min, max } = self.common.crop;
-            let clamped = |a: usize| pixel[a].clamp(min[a], max[a] - 1);
-            self.blocks.index_of([clamped(0), clamped(1)])
-        };
-        list.splats.sort_unstable_by_key(|s| block_of(s.pixel));
-        let mut start = 0;
-        while start < list.splats.len() {
-            let i = block_of(list.splats[start].pixel);
-            let end = start + list.splats[start..].partition_point(|s| block_of(s.pixel) == i);
-            self.add_splats_of_one_block(i, &list.splats[start..end]);
-            start = end;
+        list.splats.sort_unstable_by_key(|s| s.block);
+        for splats in list.splats.chunk_by(|a, b| a.block == b.block) {
+            self.add_splats_of_one_block(splats[0].block as usize, splats);
         }
         list.splats.clear();
         self.record(&list.bad);
@@ -187,6 +178,8 @@ pub struct SplatList {
 
 #[derive(Clone, Copy, Debug)]
 struct Splat {
+    /// The block of the film that is nearest.
+    block: u32,
     pixel: [i32; 2],
     offset: [f32; 2],
     rgb: [f32; 3],
@@ -223,7 +216,8 @@ impl SplatList {
             return;
         }
         let offset = [0, 1].map(|a| position[a] - pixel[a] as f32);
-        self.splats.push(Splat { pixel, offset, rgb });
+        let block = block_of(&self.common.crop, pixel) as u32;
+        self.splats.push(Splat { block, pixel, offset, rgb });
     }
 
     /// Is it long enough to be handed to [`PassBuffer::add_splats`]? (It may grow further.)

@@ -148,7 +148,7 @@ impl Sampler {
             Source::Stratified { x, y } => {
                 let n = x.saturating_mul(*y);
                 let i = permute(self.index, n, hash as u32);
-                jitter(i, n, mix64(hash))
+                jitter(i, n, combine(hash, u64::from(i)))
             }
             Source::Replay(values) => read(values, d as usize, self.key),
         }
@@ -165,7 +165,7 @@ impl Sampler {
             Source::Independent => [unit_f32((hash >> 32) as u32), unit_f32(hash as u32)],
             Source::Stratified { x, y } => {
                 let i = permute(self.index, x.saturating_mul(*y), hash as u32);
-                let h = mix64(hash);
+                let h = combine(hash, u64::from(i));
                 [jitter(i % *x, *x, h), jitter(i / *x, *y, h << 32)]
             }
             Source::Replay(values) => {
