@@ -305,11 +305,10 @@ impl FilmBlock {
     /// T and T² of one pass. Squares that do not fit saturate, which is the same in any order.
     #[inline]
     fn add_total(&mut self, i: usize, total: &[Fixed; 3]) {
-        for c in 0..3 {
-            self.total[i][c] = self.total[i][c].wrapping_add(total[c]);
-            let t = total[c].to_f64();
-            let square = Moment::from_f64(t * t).unwrap_or(Moment::MAX);
-            self.total_squared[i][c] = self.total_squared[i][c].saturating_add(square);
+        add3(&mut self.total[i], total);
+        for (sum, t) in self.total_squared[i].iter_mut().zip(total) {
+            let t = t.to_f64();
+            *sum = sum.saturating_add(Moment::from_f64(t * t).unwrap_or(Moment::MAX));
         }
     }
 

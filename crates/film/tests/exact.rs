@@ -1,5 +1,7 @@
 //! Adding films is exact: the same bytes for any order of tiles, splats, passes and partial films.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 use math::Bounds2i;
 use math::hash::{combine, unit_f32};
 use proptest::prelude::*;

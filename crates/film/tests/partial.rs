@@ -1,5 +1,7 @@
 //! Partial files: nothing changes on the way, and nothing that is read is trusted.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 use math::Bounds2i;
 use proptest::prelude::*;
 use steradian_film::{Error, Film, FilmSettings, Filter, RenderKey, Sign};

@@ -191,7 +191,7 @@ fn padded_dimensions_are_independent() {
     for kind in KINDS {
         let mut s = Sampler::new(kind, 5);
         let n = 1 << 14;
-        let mut table: Vec<Vec<f32>> = vec![Vec::with_capacity(n); 9];
+        let mut table: Vec<Vec<f32>> = vec![Vec::new(); 9];
         for i in 0..n {
             s.start([640, 360], i as u32);
             for k in 0..3 {

@@ -239,7 +239,7 @@ pub fn chi2_survival(x: f64, df: f64) -> f64 {
     }
 }
 
-/// Regularised incomplete beta function I_x(a, b).
+/// Regularised incomplete beta function `I_x(a, b)`.
 fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return x.clamp(0.0, 1.0);

@@ -1,6 +1,6 @@
 //! Caps of the sphere: cone, hemisphere and whole sphere with uniform density, and the cosine-weighted hemisphere.
 //!
-//! A cap of height h = 1 − cos θ_max is the image of the unit disk under a map that keeps areas [Shirley1997]: radius r goes to
+//! A cap of height h = 1 − cos θₘ (θₘ at its edge) is the image of the unit disk under a map that keeps areas [Shirley1997]: radius r goes to
 //! height t = h r², at distance √(t (2 − t)) = r √(h (2 − t)) from the axis. h = 1 gives the hemisphere, h = 2 the sphere.
 //! The height is the parameter, because 1 − cos of a small angle has no bits left in an `f32` cosine.
 

@@ -68,7 +68,7 @@ pub fn exponential_pdf(x: f32, sigma: f32) -> Pdf<Length> {
     Pdf::new(if x >= 0.0 { sigma * trig::exp(-sigma * x) } else { 0.0 })
 }
 
-/// A free path that ends before `x_max`: on [0, x_max), density in proportion to exp(−σ x).
+/// A free path that ends before `x_max`: on [0, `x_max`), density in proportion to exp(−σ x).
 #[must_use]
 pub fn truncated_exponential(u: f32, sigma: f32, x_max: f32) -> f32 {
     let tau = sigma * x_max;
