@@ -1,0 +1,209 @@
+//! The arrays of a partial film: the sums of blocks as rows of little-endian integers, and back.
+
+use std::borrow::Cow;
+
+use safetensors::tensor::{Dtype, View};
+
+use crate::blocks::offset_in;
+use crate::film::{Film, FilmBlock};
+use crate::fixed::FixedPoint;
+use crate::settings::FilmSettings;
+
+/// One array of the file; its bytes are made when they are written.
+pub(super) enum Array<'a> {
+    Sums { film: &'a Film, field: Field, shape: Vec<usize> },
+    Seal { bytes: Vec<u8>, shape: [usize; 1] },
+}
+
+impl View for Array<'_> {
+    fn dtype(&self) -> Dtype {
+        match self {
+            Self::Sums { field, .. } => field.dtype(),
+            Self::Seal { .. } => Dtype::U8,
+        }
+    }
+
+    fn shape(&self) -> &[usize] {
+        match self {
+            Self::Sums { shape, .. } => shape,
+            Self::Seal { shape, .. } => shape,
+        }
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        match self {
+            Self::Sums { film, field, .. } => Cow::Owned(field.bytes(film)),
+            Self::Seal { bytes, .. } => Cow::Borrowed(bytes),
+        }
+    }
+
+    fn data_len(&self) -> usize {
+        match self {
+            Self::Sums { shape, .. } => shape.iter().product::<usize>() * 8,
+            Self::Seal { bytes, .. } => bytes.len(),
+        }
+    }
+}
+
+/// Which sums of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Field {
+    Total,
+    TotalSquared,
+    Weight,
+    WeightSquared,
+    TotalWeight,
+    Splat,
+    Aovs,
+}
+
+impl Field {
+    /// Those that a film of these settings has.
+    pub(super) fn of(s: &FilmSettings) -> Vec<Self> {
+        let weighted = !s.filter.is_pixel_box();
+        let mut fields = vec![Self::Total, Self::TotalSquared];
+        if weighted {
+            fields.extend([Self::Weight, Self::WeightSquared, Self::TotalWeight]);
+        }
+        if weighted && s.splats {
+            fields.push(Self::Splat);
+        }
+        if !s.aovs.is_empty() {
+            fields.push(Self::Aovs);
+        }
+        fields
+    }
+
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Total => "total",
+            Self::TotalSquared => "total_squared",
+            Self::Weight => "weight",
+            Self::WeightSquared => "weight_squared",
+            Self::TotalWeight => "total_weight",
+            Self::Splat => "splat",
+            Self::Aovs => "aovs",
+        }
+    }
+
+    pub(super) fn dtype(self) -> Dtype {
+        match self {
+            Self::Weight | Self::WeightSquared => Dtype::I64,
+            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat | Self::Aovs => Dtype::U64,
+        }
+    }
+
+    /// Rows, columns, then channels and the two halves of each 128-bit number.
+    pub(super) fn shape(self, s: &FilmSettings) -> Vec<usize> {
+        let (h, w) = (s.crop.height(), s.crop.width());
+        match self {
+            Self::Weight | Self::WeightSquared => vec![h, w],
+            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat => vec![h, w, 3, 2],
+            Self::Aovs => vec![h, w, s.aovs.len(), 2],
+        }
+    }
+
+    /// The array's bytes, pixel by pixel in rows.
+    pub(super) fn bytes(self, film: &Film) -> Vec<u8> {
+        match self {
+            Self::Total => gather(film, 1, |b| &b.total),
+            Self::TotalSquared => gather(film, 1, |b| &b.total_squared),
+            Self::Weight => gather(film, 1, |b| &b.weight),
+            Self::WeightSquared => gather(film, 1, |b| &b.weight_squared),
+            Self::TotalWeight => gather(film, 1, |b| &b.total_weight),
+            Self::Splat => gather(film, 1, |b| &b.splat),
+            Self::Aovs => gather(film, film.common.n_aovs, |b| &b.aovs),
+        }
+    }
+
+    /// Puts the array's bytes, of the right number, back into a film.
+    pub(super) fn restore(self, film: &Film, data: &[u8]) {
+        match self {
+            Self::Total => scatter(film, 1, data, |b| &mut b.total),
+            Self::TotalSquared => scatter(film, 1, data, |b| &mut b.total_squared),
+            Self::Weight => scatter(film, 1, data, |b| &mut b.weight),
+            Self::WeightSquared => scatter(film, 1, data, |b| &mut b.weight_squared),
+            Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight),
+            Self::Splat => scatter(film, 1, data, |b| &mut b.splat),
+            Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs),
+        }
+    }
+}
+
+/// A number with a fixed little-endian form.
+trait LittleEndian {
+    const SIZE: usize;
+    fn write(&self, to: &mut [u8]);
+    fn read(&mut self, from: &[u8]);
+}
+
+impl LittleEndian for i64 {
+    const SIZE: usize = 8;
+    fn write(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_le_bytes());
+    }
+    fn read(&mut self, from: &[u8]) {
+        let mut b = [0; 8];
+        b.copy_from_slice(from);
+        *self = Self::from_le_bytes(b);
+    }
+}
+
+/// The lower half first: two 64-bit words, of which the second has the sign.
+impl<const F: u32> LittleEndian for FixedPoint<F> {
+    const SIZE: usize = 16;
+    fn write(&self, to: &mut [u8]) {
+        to.copy_from_slice(&self.to_bits().to_le_bytes());
+    }
+    fn read(&mut self, from: &[u8]) {
+        let mut b = [0; 16];
+        b.copy_from_slice(from);
+        *self = Self::from_bits(i128::from_le_bytes(b));
+    }
+}
+
+impl<T: LittleEndian> LittleEndian for [T; 3] {
+    const SIZE: usize = 3 * T::SIZE;
+    fn write(&self, to: &mut [u8]) {
+        self.iter().zip(to.chunks_exact_mut(T::SIZE)).for_each(|(x, to)| x.write(to));
+    }
+    fn read(&mut self, from: &[u8]) {
+        self.iter_mut().zip(from.chunks_exact(T::SIZE)).for_each(|(x, from)| x.read(from));
+    }
+}
+
+/// From blocks, with `n` numbers per pixel, to rows.
+fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[T]) -> Vec<u8> {
+    let crop = film.settings().crop;
+    let mut bytes = vec![0; crop.area() * n * T::SIZE];
+    for i in 0..film.blocks.len() {
+        let block = film.blocks.lock(i);
+        let per_row = block.area.width() * n;
+        for (row, values) in get(&block).chunks_exact(per_row).enumerate() {
+            let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * T::SIZE;
+            let to = bytes[at..at + per_row * T::SIZE].chunks_exact_mut(T::SIZE);
+            values.iter().zip(to).for_each(|(x, to)| x.write(to));
+        }
+    }
+    bytes
+}
+
+/// The way back.
+fn scatter<T: LittleEndian>(
+    film: &Film,
+    n: usize,
+    bytes: &[u8],
+    get: impl Fn(&mut FilmBlock) -> &mut Vec<T>,
+) {
+    let crop = film.settings().crop;
+    for i in 0..film.blocks.len() {
+        let mut block = film.blocks.lock(i);
+        let area = block.area;
+        let per_row = area.width() * n;
+        for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
+            let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
+            let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
+            values.iter_mut().zip(from).for_each(|(x, from)| x.read(from));
+        }
+    }
+}
