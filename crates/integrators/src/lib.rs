@@ -1,1 +1,13 @@
-//! The light transport algorithms.
+//! The light transport algorithms: one room each, what they share in `common`.
+//!
+//! A pass is one sample in every pixel (and, for the methods that need them, a batch of light paths). It is cut
+//! into cells; a cell is a **pure function** of scene, seed, pass and cell, so that it may run anywhere, twice, or
+//! be thrown away and run again. See [`Integrator`].
+
+pub mod parameters;
+
+mod cell;
+mod registry;
+
+pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext, Splat};
+pub use registry::{IntegratorInfo, create, find, list};

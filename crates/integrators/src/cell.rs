@@ -1,0 +1,92 @@
+//! What every integrator is: a maker of cells.
+
+use film::FilmTile;
+use math::Bounds2i;
+use scene::Scene;
+
+/// What a cell may read.
+#[derive(Clone, Copy)]
+pub struct PassContext<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Number of the pass.
+    pub pass: u32,
+}
+
+/// A piece of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cell {
+    /// One camera sample in every pixel of a tile. Tiles are cut on a grid that is fixed to the film.
+    Tile(Bounds2i),
+    /// A block of light paths: its number within the pass.
+    LightBlock(u32),
+}
+
+/// What light paths leave on the film: radiance × pixel area, to be weighted by the pixel filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat {
+    /// Where, in pixels.
+    pub raster: [f32; 2],
+    /// Linear RGB contribution to the whole film's measurement.
+    pub rgb: [f32; 3],
+}
+
+/// What was done, for the report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Rays traced, shadow rays too.
+    pub rays: u64,
+    /// Camera paths started.
+    pub camera_paths: u64,
+    /// Light paths started.
+    pub light_paths: u64,
+}
+
+impl Counters {
+    /// Adds what another worker did.
+    pub fn add(&mut self, other: &Self) {
+        self.rays += other.rays;
+        self.camera_paths += other.camera_paths;
+        self.light_paths += other.light_paths;
+    }
+}
+
+/// What a cell makes. Kept by a worker and used again, so that a cell allocates nothing.
+pub struct CellOutput {
+    /// Camera samples; for [`Cell::Tile`] it covers the tile and the filter's border around it.
+    pub tile: FilmTile,
+    /// Splats in the order in which they were made.
+    pub splats: Vec<Splat>,
+    /// What was done.
+    pub counters: Counters,
+}
+
+/// A light transport algorithm.
+///
+/// `render` calls [`Integrator::prepare`] before a pass (alone), then [`Integrator::cell`] for every cell of it from
+/// many threads. Both are pure functions of scene, settings, seed and pass.
+pub trait Integrator: Send + Sync {
+    /// Builds what the pass reads (photon map, virtual lights, …). Most need nothing.
+    fn prepare(&mut self, ctx: PassContext<'_>) {
+        let _ = ctx;
+    }
+
+    /// Does a pass need [`Integrator::prepare`]? Then whole passes are the unit of work.
+    fn prepares(&self) -> bool {
+        false
+    }
+
+    /// Can cells leave splats?
+    fn splats(&self) -> bool {
+        false
+    }
+
+    /// Blocks of light paths in a pass.
+    fn light_blocks(&self, scene: &Scene) -> u32 {
+        let _ = scene;
+        0
+    }
+
+    /// Renders one cell into `out`, whose tile was made ready for it and whose splats are empty.
+    fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput);
+}

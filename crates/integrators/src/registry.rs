@@ -1,0 +1,54 @@
+//! The list of integrators: what each is for, what it misses, what can be set.
+
+use scene_desc::ParameterValue;
+
+use crate::Integrator;
+use crate::parameters::{ParameterError, ParameterInfo, Parameters};
+
+/// What a person and the command line need to know of an integrator.
+pub struct IntegratorInfo {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it is for, in a sentence.
+    pub purpose: &'static str,
+    /// What it cannot find, in a sentence.
+    pub misses: &'static str,
+    /// Is its expected value the right image?
+    pub unbiased: bool,
+    /// What can be set.
+    pub parameters: fn() -> Vec<ParameterInfo>,
+    /// Makes one from checked parameters, with the seed of the render.
+    pub make: fn(&Parameters, seed: u64) -> Box<dyn Integrator>,
+}
+
+/// All integrators, in the order in which they are taught.
+#[must_use]
+pub fn list() -> &'static [IntegratorInfo] {
+    &[]
+}
+
+/// An integrator by name.
+///
+/// # Errors
+/// No such integrator.
+pub fn find(name: &str) -> Result<&'static IntegratorInfo, ParameterError> {
+    list().iter().find(|i| i.name == name).ok_or_else(|| ParameterError::NoIntegrator {
+        name: name.to_owned(),
+        known: list().iter().map(|i| i.name).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// Makes an integrator; `given` are parameters as file and command line say them, later ones win. The second value
+/// names every setting ([`Parameters::canonical`]).
+///
+/// # Errors
+/// No such integrator, no such parameter, or a value not of its kind.
+pub fn create<'a>(
+    name: &str,
+    given: impl IntoIterator<Item = (&'a str, &'a ParameterValue)>,
+    seed: u64,
+) -> Result<(Box<dyn Integrator>, String), ParameterError> {
+    let info = find(name)?;
+    let parameters = Parameters::new(name, &(info.parameters)(), given)?;
+    Ok(((info.make)(&parameters, seed), parameters.canonical()))
+}
