@@ -6,8 +6,12 @@
 
 pub mod parameters;
 
+mod ao;
 mod cell;
+mod common;
+mod direct;
+mod path;
 mod registry;
 
 pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext, Splat};
-pub use registry::{IntegratorInfo, create, find, list};
+pub use registry::{IntegratorInfo, Making, create, find, list};

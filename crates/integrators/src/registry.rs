@@ -1,8 +1,9 @@
 //! The list of integrators: what each is for, what it misses, what can be set.
 
-use scene_desc::ParameterValue;
+use scene::Scene;
+use scene_desc::{ParameterValue, SamplerDesc};
 
-use crate::Integrator;
+use crate::{Integrator, ao, direct, path};
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
 
 /// What a person and the command line need to know of an integrator.
@@ -17,14 +18,25 @@ pub struct IntegratorInfo {
     pub unbiased: bool,
     /// What can be set.
     pub parameters: fn() -> Vec<ParameterInfo>,
-    /// Makes one from checked parameters, with the seed of the render.
-    pub make: fn(&Parameters, seed: u64) -> Box<dyn Integrator>,
+    /// Makes one from checked parameters.
+    pub make: fn(&Parameters, &Making<'_>) -> Box<dyn Integrator>,
+}
+
+/// What an integrator is made for.
+#[derive(Clone, Copy)]
+pub struct Making<'a> {
+    /// The scene that it will render.
+    pub scene: &'a Scene,
+    /// Where its samples come from.
+    pub sampler: &'a SamplerDesc,
+    /// Seed of all randomness.
+    pub seed: u64,
 }
 
 /// All integrators, in the order in which they are taught.
 #[must_use]
 pub fn list() -> &'static [IntegratorInfo] {
-    &[]
+    &[ao::INFO, direct::INFO, path::INFO]
 }
 
 /// An integrator by name.
@@ -46,9 +58,9 @@ pub fn find(name: &str) -> Result<&'static IntegratorInfo, ParameterError> {
 pub fn create<'a>(
     name: &str,
     given: impl IntoIterator<Item = (&'a str, &'a ParameterValue)>,
-    seed: u64,
+    making: &Making<'_>,
 ) -> Result<(Box<dyn Integrator>, String), ParameterError> {
     let info = find(name)?;
     let parameters = Parameters::new(name, &(info.parameters)(), given)?;
-    Ok(((info.make)(&parameters, seed), parameters.canonical()))
+    Ok(((info.make)(&parameters, making), parameters.canonical()))
 }

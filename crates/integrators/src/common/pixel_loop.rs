@@ -1,0 +1,99 @@
+//! One camera sample in every pixel of a tile: film position, wavelengths, lens, time, ray; then the estimator.
+
+use math::Ray;
+use sampling::{Sampler, SamplerKind};
+use scene::Scene;
+use scene_desc::SamplerDesc;
+use spectrum::{Spectrum, Wavelengths};
+
+use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Splat};
+
+/// A path that starts at the eye.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraPath {
+    /// Its first ray.
+    pub(crate) ray: Ray,
+    /// What the four lanes mean.
+    pub(crate) wl: Wavelengths,
+    /// Its place on the film.
+    pub(crate) raster: [f32; 2],
+}
+
+/// What an estimator leaves behind besides the radiance.
+pub(crate) struct PathOutput<'a> {
+    pub(crate) counters: &'a mut Counters,
+    pub(crate) splats: &'a mut Vec<Splat>,
+}
+
+/// Estimates the radiance that arrives along camera rays.
+pub(crate) trait CameraEstimator: Send + Sync {
+    /// Radiance along the path's ray. Dispersion may end its secondary wavelengths.
+    fn radiance(
+        &self,
+        scene: &Scene,
+        path: &mut CameraPath,
+        sampler: &mut Sampler,
+        out: &mut PathOutput<'_>,
+    ) -> Spectrum;
+
+    /// Does it leave splats?
+    fn splats(&self) -> bool {
+        false
+    }
+}
+
+/// The integrator that runs an estimator over pixels.
+pub(crate) struct PixelLoop<E> {
+    pub(crate) estimator: E,
+    pub(crate) sampler: Sampler,
+}
+
+/// The sampler that a scene asks for.
+pub(crate) fn sampler_of(desc: &SamplerDesc, seed: u64) -> Sampler {
+    let kind = match desc.name.as_str() {
+        "independent" => SamplerKind::Independent,
+        "stratified" => SamplerKind::Stratified { x: desc.strata[0], y: desc.strata[1] },
+        _ => SamplerKind::Sobol,
+    };
+    Sampler::new(kind, seed)
+}
+
+impl<E: CameraEstimator> PixelLoop<E> {
+    fn pixel(&self, scene: &Scene, pixel: [i32; 2], sampler: &mut Sampler, out: &mut CellOutput) {
+        let u = sampler.pixel_2d();
+        let raster = [pixel[0] as f32 + u[0], pixel[1] as f32 + u[1]];
+        let wl = match scene.settings().spectral {
+            true => Wavelengths::sample_visible(sampler.next_1d()),
+            false => Wavelengths::RGB,
+        };
+        let u_lens = if scene.camera.has_lens() { sampler.next_2d() } else { [0.5; 2] };
+        let u_time = if scene.camera.has_shutter() { sampler.next_1d() } else { 0.0 };
+
+        out.counters.camera_paths += 1;
+        let mut rgb = [0.0; 3];
+        if let Some(camera_ray) = scene.camera.generate_ray(raster, u_lens, u_time) {
+            let mut path = CameraPath { ray: camera_ray.ray, wl, raster };
+            let mut extra = PathOutput { counters: &mut out.counters, splats: &mut out.splats };
+            let radiance = self.estimator.radiance(scene, &mut path, sampler, &mut extra);
+            rgb = scene.film_rgb(radiance * camera_ray.weight, &path.wl);
+        }
+        out.tile.add_sample(raster, rgb);
+    }
+}
+
+impl<E: CameraEstimator> Integrator for PixelLoop<E> {
+    fn splats(&self) -> bool {
+        self.estimator.splats()
+    }
+
+    fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {
+        let Cell::Tile(bounds) = cell else { return };
+        let mut sampler = self.sampler.clone();
+        for y in bounds.min[1]..bounds.max[1] {
+            for x in bounds.min[0]..bounds.max[0] {
+                sampler.start([x, y], ctx.pass);
+                self.pixel(ctx.scene, [x, y], &mut sampler, out);
+            }
+        }
+    }
+}

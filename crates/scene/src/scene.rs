@@ -1,0 +1,250 @@
+//! The compiled scene and the questions that integrators ask it.
+
+use accel::{Accel, Hit, NO_INSTANCE, accept_all};
+use math::{Bounds, Bounds2i, Dir, Point, Ray, Vec2, error_bound, hash};
+use spectrum::{Sensor, Wavelengths};
+
+use crate::cameras::Camera;
+use crate::light_select::LightSelector;
+use crate::lights::{LightSample, Lights};
+use crate::materials::{Materials, Shading};
+use crate::shapes::{LocalSurface, Shape};
+use crate::textures::Textures;
+use crate::{Footprint, LightContext, LightId, ShapeId, SurfaceInteraction, TextureContext};
+
+/// Shadow rays end this fraction short of their light, so that rounding cannot make it shadow itself.
+const SHADOW_EPSILON: f32 = 1e-4;
+
+/// Everything that a render reads: immutable.
+pub struct Scene {
+    pub(crate) accel: Accel,
+    pub(crate) shapes: Vec<Shape>,
+    /// Shapes of the world start at 0; those of object `k` at `object_base[k]`.
+    pub(crate) object_base: Vec<u32>,
+    pub(crate) instances: Vec<accel::Instance>,
+    /// Must shadow rays look at what they hit (cut-outs, borders of media)?
+    pub(crate) shadow_filter: bool,
+    /// Must nearest hits be looked at (cut-outs)?
+    pub(crate) hit_filter: bool,
+    /// Images, and values that vary over surfaces.
+    pub textures: Textures,
+    /// Surfaces' looks.
+    pub materials: Materials,
+    /// Everything that emits.
+    pub lights: Lights,
+    /// Which light to ask.
+    pub light_selector: LightSelector,
+    /// The eye.
+    pub camera: Camera,
+    /// Spectral samples to the film's RGB.
+    pub sensor: Sensor,
+    pub(crate) settings: SceneSettings,
+}
+
+/// What the scene says about its picture.
+#[derive(Clone, Debug)]
+pub struct SceneSettings {
+    /// Width and height of the whole film.
+    pub resolution: [u32; 2],
+    /// The pixels that are rendered.
+    pub crop: Bounds2i,
+    /// How samples become pixels.
+    pub filter: scene_desc::FilterDesc,
+    /// Where samples come from.
+    pub sampler: scene_desc::SamplerDesc,
+    /// The method that the file asks for.
+    pub integrator: scene_desc::IntegratorDesc,
+    /// What radiance is multiplied with.
+    pub imaging_ratio: f32,
+    /// Four wavelengths rather than R, G, B?
+    pub spectral: bool,
+    /// Where the file wants its picture.
+    pub filename: Option<String>,
+    /// A hash of all that was read.
+    pub content_hash: u64,
+    /// What is in it.
+    pub counts: SceneCounts,
+}
+
+/// What is in a scene, and what it costs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneCounts {
+    /// Triangles, instances not multiplied.
+    pub triangles: u64,
+    /// Bilinear patches, quadrics and strand segments.
+    pub other_primitives: u64,
+    /// Shapes.
+    pub shapes: u64,
+    /// Instances.
+    pub instances: u64,
+    /// Bytes of the acceleration structure.
+    pub accel_bytes: u64,
+    /// Bytes of vertices, normals, indices.
+    pub geometry_bytes: u64,
+    /// Bytes of images.
+    pub texture_bytes: u64,
+}
+
+impl Scene {
+    /// What the scene says about its picture.
+    #[must_use]
+    pub fn settings(&self) -> &SceneSettings {
+        &self.settings
+    }
+
+    /// A box around all surfaces.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.accel.bounds()
+    }
+
+    /// The acceleration structure: for benchmarks and for those who want rays alone.
+    #[must_use]
+    pub fn accel(&self) -> &Accel {
+        &self.accel
+    }
+
+    /// The shape of an interaction.
+    #[must_use]
+    pub fn shape(&self, id: ShapeId) -> &Shape {
+        &self.shapes[id.index()]
+    }
+
+    /// The nearest surface along a ray.
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        if !self.hit_filter {
+            return self.accel.intersect(ray, &mut accept_all);
+        }
+        self.accel.intersect(ray, &mut |hit: &Hit| self.is_there(ray, hit))
+    }
+
+    /// Is anything opaque along the ray before its end? Borders of media do not count.
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        if !self.shadow_filter {
+            return self.accel.occluded(ray, &mut accept_all);
+        }
+        self.accel.occluded(ray, &mut |hit: &Hit| {
+            !self.shapes[self.shape_of(hit).index()].is_interface && self.is_there(ray, hit)
+        })
+    }
+
+    /// The ray from a point to a light sample, just short of the light.
+    #[must_use]
+    pub fn shadow_ray(&self, from: &LightContext, to: &LightSample) -> Ray {
+        let origin = match from.ng {
+            Some(n) => error_bound::offset_ray_origin(from.p, from.p_error, n, to.wi),
+            None => from.p,
+        };
+        if to.is_infinite {
+            return Ray::new(origin, to.wi, from.time);
+        }
+        let target = match to.n {
+            Some(n) => error_bound::offset_ray_origin(to.p, to.p_error, n, -to.wi),
+            None => to.p,
+        };
+        segment(origin, target, from.time)
+    }
+
+    /// Can the light sample be seen from the point?
+    #[must_use]
+    pub fn unoccluded(&self, from: &LightContext, to: &LightSample) -> bool {
+        !self.occluded(&self.shadow_ray(from, to))
+    }
+
+    /// The surface at a hit.
+    #[must_use]
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let id = self.shape_of(hit);
+        let shape = &self.shapes[id.index()];
+        let surface = self.surface(ray, hit, shape);
+        SurfaceInteraction {
+            p: surface.p,
+            p_error: surface.p_error,
+            ng: surface.ng,
+            frame: surface.frame(),
+            uv: surface.uv,
+            dpdu: surface.dpdu,
+            dpdv: surface.dpdv,
+            dndu: surface.dndu,
+            dndv: surface.dndv,
+            wo: -ray.dir,
+            time: ray.time,
+            t: hit.t,
+            shape: id,
+            primitive: hit.primitive,
+            material: shape.material,
+            light: shape.first_light.map(|l| LightId(l.0 + hit.primitive)),
+        }
+    }
+
+    /// The BSDF of a surface in its (bumped) frame; `None` for a border of media, which rays pass.
+    #[must_use]
+    pub fn shade(&self, si: &SurfaceInteraction, wl: &mut Wavelengths) -> Option<Shading> {
+        let footprint = match self.materials.needs_footprint(si.material) {
+            true => self.footprint(si),
+            false => Footprint::default(),
+        };
+        self.materials.shade(&self.textures, si, &footprint, wl)
+    }
+
+    /// How large a pixel is on the surface, as if the camera saw it directly [PBR4e, sec. 10.1.3].
+    #[must_use]
+    pub fn footprint(&self, si: &SurfaceInteraction) -> Footprint {
+        self.camera.footprint(si.p, si.frame.n, si.time).with_uv(si.dpdu, si.dpdv)
+    }
+
+    /// Radiance that a surface emits along `w`.
+    #[must_use]
+    pub fn emitted(&self, si: &SurfaceInteraction, w: Dir, wl: &Wavelengths) -> Option<spectrum::Spectrum> {
+        si.light.map(|light| self.lights.emitted(light, &self.textures, si.p, si.ng, si.uv, w, wl))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit, shape: &Shape) -> LocalSurface {
+        let p = ray.at(hit.t);
+        if hit.instance == NO_INSTANCE {
+            return shape.geometry.at(hit, ray, p);
+        }
+        let world_from_object = self.instances[hit.instance as usize].world_from_object.at(ray.time);
+        let object_from_world = world_from_object.inverse();
+        let local_ray = Ray { dir: object_from_world.dir(ray.dir), ..*ray };
+        shape.geometry.at(hit, &local_ray, object_from_world.point(p)).transformed(&world_from_object)
+    }
+
+    fn shape_of(&self, hit: &Hit) -> ShapeId {
+        let base = match hit.instance {
+            NO_INSTANCE => 0,
+            i => self.object_base[self.instances[i as usize].object as usize],
+        };
+        ShapeId(base + hit.geometry)
+    }
+
+    /// Cut-outs: a hit counts with the probability that its alpha says, decided by a hash of where and from where.
+    fn is_there(&self, ray: &Ray, hit: &Hit) -> bool {
+        let shape = &self.shapes[self.shape_of(hit).index()];
+        let Some(alpha) = &shape.alpha else { return true };
+        let uv = shape.geometry.uv(hit);
+        let alpha = self.textures.float(alpha, &alpha_context(ray, hit, uv));
+        if alpha >= 1.0 || alpha <= 0.0 {
+            return alpha >= 1.0;
+        }
+        let (o, d) = (ray.origin.0, ray.dir.0);
+        let key = hash::of_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, uv.x, uv.y]);
+        let key = hash::combine(key, u64::from(hit.primitive) << 32 | u64::from(hit.geometry));
+        hash::unit_f32((key >> 32) as u32) < alpha
+    }
+}
+
+/// The ray from one point to another, ending just short of it.
+#[must_use]
+pub fn segment(from: Point, to: Point, time: f32) -> Ray {
+    let d = to - from;
+    let length = d.length();
+    let dir = if length > 0.0 { Dir(d / length) } else { Dir::Z };
+    Ray { origin: from, dir, t_max: length * (1.0 - SHADOW_EPSILON), time }
+}
+
+fn alpha_context(ray: &Ray, hit: &Hit, uv: Vec2) -> TextureContext {
+    TextureContext { p: ray.at(hit.t), n: -ray.dir, uv, footprint: Footprint::default() }
+}

@@ -1,0 +1,171 @@
+//! Triangle meshes.
+
+use math::{Dir, Frame, Point, Transform, Vec2, Vec3, error_bound::gamma};
+use scene_desc::MeshDesc;
+
+use super::LocalSurface;
+
+/// Triangles in the space in which they are traced. Per-vertex arrays are empty or as long as `positions`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Mesh {
+    pub(crate) positions: Vec<Vec3>,
+    /// Unit; already flipped where the shape's orientation is reversed.
+    pub(crate) normals: Vec<Vec3>,
+    pub(crate) tangents: Vec<Vec3>,
+    pub(crate) uvs: Vec<Vec2>,
+    pub(crate) indices: Vec<[u32; 3]>,
+    /// Without vertex normals: does the geometric normal point against the winding?
+    pub(crate) flip: bool,
+}
+
+impl Mesh {
+    /// Maps a mesh as pbrt does: positions, normals and tangents; reversed orientation turns the normals.
+    pub(crate) fn new(desc: &MeshDesc, t: &Transform, reverse_orientation: bool) -> Self {
+        let identity = *t == Transform::IDENTITY;
+        let sign = if reverse_orientation { -1.0 } else { 1.0 };
+        let position = |p: &Vec3| if identity { *p } else { t.point(Point(*p)).0 };
+        let normal = |n: &Vec3| t.normal(Dir(*n)).0 * sign;
+        Self {
+            positions: desc.positions.iter().map(position).collect(),
+            normals: desc.normals.iter().map(normal).collect(),
+            tangents: desc.tangents.iter().map(|v| t.vector(*v)).collect(),
+            uvs: desc.uvs.clone(),
+            indices: desc.indices.clone(),
+            flip: super::flips(reverse_orientation, t),
+        }
+    }
+
+    /// Corners of a triangle.
+    pub(crate) fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.indices[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// Texture coordinates of a triangle's corners.
+    pub(crate) fn corner_uvs(&self, triangle: u32) -> [Vec2; 3] {
+        if self.uvs.is_empty() {
+            return [Vec2::ZERO, Vec2::X, Vec2::ONE];
+        }
+        self.indices[triangle as usize].map(|i| self.uvs[i as usize])
+    }
+
+    /// Vertex normals of a triangle, if the mesh has them.
+    pub(crate) fn corner_normals(&self, triangle: u32) -> Option<[Vec3; 3]> {
+        (!self.normals.is_empty()).then(|| self.indices[triangle as usize].map(|i| self.normals[i as usize]))
+    }
+
+    /// Interpolated texture coordinates.
+    pub(crate) fn uv(&self, triangle: u32, b1: f32, b2: f32) -> Vec2 {
+        let uv = self.corner_uvs(triangle);
+        uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
+    }
+
+    /// The surface at barycentric coordinates.
+    pub(crate) fn at(&self, triangle: u32, b1: f32, b2: f32, _time: f32) -> LocalSurface {
+        let [p0, p1, p2] = self.corners(triangle);
+        let b0 = 1.0 - b1 - b2;
+
+        // The point, and a bound on its error [PBR4e, eq. 6.24 ff.].
+        let p = p0 * b0 + p1 * b1 + p2 * b2;
+        let p_error = ((p0 * b0).abs() + (p1 * b1).abs() + (p2 * b2).abs()) * gamma(7);
+
+        // Geometric normal and derivatives by u and v.
+        let (dp02, dp12) = (p0 - p2, p1 - p2);
+        let mut ng = Dir::normalize(dp02.cross(dp12));
+        let uvs = self.corner_uvs(triangle);
+        let (dpdu, dpdv) = self.derivatives(&uvs, dp02, dp12, ng);
+
+        // Shading normal: it says which side is outside.
+        let mut surface = LocalSurface {
+            p: Point(p),
+            p_error,
+            ng,
+            ns: ng,
+            tangent: dpdu,
+            uv: uvs[0] * b0 + uvs[1] * b1 + uvs[2] * b2,
+            dpdu,
+            dpdv,
+            dndu: Vec3::ZERO,
+            dndv: Vec3::ZERO,
+        };
+        match self.corner_normals(triangle) {
+            Some([n0, n1, n2]) => {
+                let ns = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize().map_or(ng, Dir);
+                (surface.dndu, surface.dndv) = solve(&uvs, n0 - n2, n1 - n2).unwrap_or_default();
+                surface.ns = ns;
+                surface.ng = ng.face_forward(ns);
+            }
+            None => {
+                if self.flip {
+                    ng = -ng;
+                }
+                (surface.ng, surface.ns) = (ng, ng);
+            }
+        }
+        if !self.tangents.is_empty() {
+            let [t0, t1, t2] = self.indices[triangle as usize].map(|i| self.tangents[i as usize]);
+            surface.tangent = t0 * b0 + t1 * b1 + t2 * b2;
+        }
+        surface
+    }
+
+    fn derivatives(&self, uvs: &[Vec2; 3], dp02: Vec3, dp12: Vec3, ng: Dir) -> (Vec3, Vec3) {
+        match solve(uvs, dp02, dp12) {
+            Some((u, v)) if u.cross(v).length_squared() > 0.0 => (u, v),
+            _ => {
+                let f = Frame::from_normal(ng);
+                (f.s, f.t)
+            }
+        }
+    }
+
+    /// Bytes of heap memory.
+    pub(crate) fn memory(&self) -> usize {
+        12 * (self.positions.len() + self.normals.len() + self.tangents.len() + self.indices.len())
+            + 8 * self.uvs.len()
+    }
+}
+
+/// Derivatives by u and v of what changes by `d02` and `d12` along two edges; `None` where (u, v) is degenerate.
+fn solve(uv: &[Vec2; 3], d02: Vec3, d12: Vec3) -> Option<(Vec3, Vec3)> {
+    let (duv02, duv12) = (uv[0] - uv[2], uv[1] - uv[2]);
+    let det = duv02.x * duv12.y - duv02.y * duv12.x;
+    if det.abs() < 1e-9 {
+        return None;
+    }
+    let inv = 1.0 / det;
+    Some(((d02 * duv12.y - d12 * duv02.y) * inv, (d12 * duv02.x - d02 * duv12.x) * inv))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(normals: Vec<Vec3>) -> MeshDesc {
+        MeshDesc {
+            positions: vec![Vec3::ZERO, Vec3::X * 2.0, Vec3::new(2.0, 2.0, 0.0), Vec3::Y * 2.0],
+            normals,
+            uvs: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+            indices: vec![[0, 1, 2], [0, 2, 3]],
+            ..MeshDesc::default()
+        }
+    }
+
+    #[test]
+    fn derivatives_follow_the_texture_coordinates() {
+        let m = Mesh::new(&square(vec![]), &Transform::IDENTITY, false);
+        let s = m.at(1, 0.25, 0.25, 0.0);
+        assert!((s.dpdu - Vec3::X * 2.0).length() < 1e-6 && (s.dpdv - Vec3::Y * 2.0).length() < 1e-6);
+        assert_eq!((s.ng.0, s.ns.0), (Vec3::Z, Vec3::Z));
+    }
+
+    #[test]
+    fn the_shading_normal_says_which_side_is_outside() {
+        let m = Mesh::new(&square(vec![-Vec3::Z; 4]), &Transform::IDENTITY, false);
+        assert_eq!(m.at(0, 0.2, 0.2, 0.0).ng.0, -Vec3::Z);
+        let reversed = Mesh::new(&square(vec![-Vec3::Z; 4]), &Transform::IDENTITY, true);
+        assert_eq!(reversed.at(0, 0.2, 0.2, 0.0).ng.0, Vec3::Z);
+        let mirrored = Transform::scale(math::DVec3::new(-1.0, 1.0, 1.0)).unwrap();
+        let m = Mesh::new(&square(vec![]), &mirrored, false);
+        assert_eq!(m.at(0, 0.2, 0.2, 0.0).ng.0, Vec3::Z, "a mirror keeps the outside outside");
+    }
+}

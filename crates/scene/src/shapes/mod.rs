@@ -1,0 +1,97 @@
+//! Compiled surfaces: from what the ray kernel found to a [`SurfaceInteraction`].
+//!
+//! A shape is a mesh, a patch mesh, a set of strands or one quadric. Geometry of the world is stored in world
+//! space; geometry of an object in the object's space, and an instance's transform is applied to what comes out.
+
+mod bilinear;
+mod curve;
+mod local;
+mod loop_subdiv;
+mod mesh;
+mod quadric;
+
+pub(crate) use bilinear::PatchMesh;
+pub(crate) use curve::Strand;
+pub(crate) use local::LocalSurface;
+pub(crate) use loop_subdiv::subdivide;
+pub(crate) use mesh::Mesh;
+pub(crate) use quadric::{Quadric, QuadricKind};
+
+use math::{Point, Ray, Transform};
+
+use crate::textures::FloatHandle;
+use crate::{LightId, MaterialId, MediumId};
+
+/// A surface with all that belongs to it.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Its form.
+    pub(crate) geometry: ShapeGeometry,
+    /// Its look.
+    pub material: MaterialId,
+    /// The chance that a hit counts, if less than one somewhere.
+    pub(crate) alpha: Option<FloatHandle>,
+    /// The light of its first primitive, if it emits; primitive `i` is light `first + i`.
+    pub(crate) first_light: Option<LightId>,
+    /// The media inside and outside, if it is a border of media.
+    pub medium_interface: Option<[Option<MediumId>; 2]>,
+    /// Is there nothing but a border of media?
+    pub(crate) is_interface: bool,
+    /// Where it was written.
+    pub(crate) span: scene_desc::Span,
+}
+
+/// Forms.
+#[derive(Clone, Debug)]
+pub(crate) enum ShapeGeometry {
+    Mesh(Mesh),
+    Patches(PatchMesh),
+    Quadric(Quadric),
+    Strand(Strand),
+}
+
+impl ShapeGeometry {
+    /// The surface at a hit, in the space in which the geometry is stored. `p` is the hit point there.
+    pub(crate) fn at(&self, hit: &accel::Hit, ray_in_space: &Ray, p: Point) -> LocalSurface {
+        match self {
+            Self::Mesh(m) => m.at(hit.primitive, hit.u, hit.v, ray_in_space.time),
+            Self::Patches(m) => m.at(hit.primitive, hit.u, hit.v),
+            Self::Quadric(q) => q.at(hit.u, hit.v, p),
+            Self::Strand(s) => s.at(hit.primitive, hit.u, hit.v, ray_in_space, p),
+        }
+    }
+
+    /// (u, v) of a hit: what an alpha texture needs, and no more.
+    pub(crate) fn uv(&self, hit: &accel::Hit) -> math::Vec2 {
+        match self {
+            Self::Mesh(m) => m.uv(hit.primitive, hit.u, hit.v),
+            Self::Patches(m) => m.uv(hit.primitive, hit.u, hit.v),
+            Self::Quadric(_) | Self::Strand(_) => math::Vec2::new(hit.u, hit.v),
+        }
+    }
+
+    /// Number of primitives.
+    pub(crate) fn primitives(&self) -> usize {
+        match self {
+            Self::Mesh(m) => m.indices.len(),
+            Self::Patches(m) => m.indices.len(),
+            Self::Quadric(_) => 1,
+            Self::Strand(s) => s.segments.len(),
+        }
+    }
+
+    /// Bytes of heap memory.
+    pub(crate) fn memory(&self) -> usize {
+        match self {
+            Self::Mesh(m) => m.memory(),
+            Self::Patches(m) => m.memory(),
+            Self::Quadric(_) => 0,
+            Self::Strand(s) => s.memory(),
+        }
+    }
+}
+
+/// Does the normal of a shape under this transform point the other way?
+pub(crate) fn flips(reverse_orientation: bool, world_from_object: &Transform) -> bool {
+    reverse_orientation != world_from_object.swaps_handedness()
+}
