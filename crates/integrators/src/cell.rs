@@ -1,6 +1,6 @@
 //! What every integrator is: a maker of cells.
 
-use film::FilmTile;
+use film::{FilmTile, SplatList};
 use math::Bounds2i;
 use scene::Scene;
 
@@ -20,15 +20,6 @@ pub enum Cell {
     Tile(Bounds2i),
     /// A block of light paths: its number within the pass.
     LightBlock(u32),
-}
-
-/// What light paths leave on the film: radiance × pixel area, to be weighted by the pixel filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Splat {
-    /// Where, in pixels.
-    pub raster: [f32; 2],
-    /// Linear RGB contribution to the whole film's measurement.
-    pub rgb: [f32; 3],
 }
 
 /// What was done, for the report.
@@ -55,8 +46,8 @@ impl Counters {
 pub struct CellOutput {
     /// Camera samples; for [`Cell::Tile`] it covers the tile and the filter's border around it.
     pub tile: FilmTile,
-    /// Splats in the order in which they were made.
-    pub splats: Vec<Splat>,
+    /// What light paths leave on the film.
+    pub splats: SplatList,
     /// What was done.
     pub counters: Counters,
 }

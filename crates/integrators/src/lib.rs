@@ -13,5 +13,5 @@ mod direct;
 mod path;
 mod registry;
 
-pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext, Splat};
+pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext};
 pub use registry::{IntegratorInfo, Making, create, find, list};

@@ -1,12 +1,13 @@
 //! One camera sample in every pixel of a tile: film position, wavelengths, lens, time, ray; then the estimator.
 
+use film::SplatList;
 use math::Ray;
 use sampling::{Sampler, SamplerKind};
 use scene::Scene;
 use scene_desc::SamplerDesc;
 use spectrum::{Spectrum, Wavelengths};
 
-use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Splat};
+use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
 
 /// A path that starts at the eye.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,7 @@ pub(crate) struct CameraPath {
 /// What an estimator leaves behind besides the radiance.
 pub(crate) struct PathOutput<'a> {
     pub(crate) counters: &'a mut Counters,
-    pub(crate) splats: &'a mut Vec<Splat>,
+    pub(crate) splats: &'a mut SplatList,
 }
 
 /// Estimates the radiance that arrives along camera rays.
@@ -77,7 +78,7 @@ impl<E: CameraEstimator> PixelLoop<E> {
             let radiance = self.estimator.radiance(scene, &mut path, sampler, &mut extra);
             rgb = scene.film_rgb(radiance * camera_ray.weight, &path.wl);
         }
-        out.tile.add_sample(raster, rgb);
+        out.tile.add_sample(pixel, u, rgb);
     }
 }
 

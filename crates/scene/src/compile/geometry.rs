@@ -1,0 +1,311 @@
+//! Shapes, objects and instances: baked, counted, made known to the lights, and put into trees.
+
+use accel::{Accel, Blas, BuildOptions, Instance};
+use math::{AnimatedTransform, Transform, Vec3};
+use rayon::prelude::*;
+use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
+
+use super::CompileOptions;
+use crate::lights::{EmitterGeometry, EmitterSource, LightsBuilder};
+use crate::scene::SceneCounts;
+use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, flips, subdivide};
+use crate::textures::{FloatHandle, TexturesBuilder};
+use crate::{LightId, MaterialId};
+
+/// Nesting of objects within objects beyond this is taken for an endless circle.
+const MAX_NESTING: u32 = 32;
+/// Most instances after nested ones are multiplied out.
+const MAX_INSTANCES: usize = 1 << 26;
+
+/// Everything that rays can meet.
+pub(crate) struct World {
+    pub(crate) accel: Accel,
+    pub(crate) shapes: Vec<Shape>,
+    pub(crate) object_base: Vec<u32>,
+    pub(crate) instances: Vec<Instance>,
+    pub(crate) counts: SceneCounts,
+}
+
+/// Bakes, builds and counts. `None` only together with an error in `sink`.
+pub(crate) fn build(
+    desc: &SceneDesc,
+    textures: &mut TexturesBuilder,
+    lights: &mut LightsBuilder,
+    options: &CompileOptions,
+    sink: &mut Sink,
+) -> Option<World> {
+    let mut builder = Builder { desc, textures, lights, sink, shapes: Vec::new() };
+
+    // The world's own shapes; those that move become objects of their own.
+    let (moving, still): (Vec<_>, Vec<_>) = desc.shapes.iter().partition(|s| s.world_from_object.is_animated());
+    builder.add_shapes(&still, Place::World);
+    let world_len = builder.shapes.len();
+    let mut object_base = Vec::new();
+    for object in &desc.objects {
+        object_base.push(builder.shapes.len() as u32);
+        builder.add_shapes(&object.shapes.iter().collect::<Vec<_>>(), Place::Object);
+    }
+    let mut instances = builder.flatten_instances();
+    for shape in moving {
+        let object = object_base.len() as u32;
+        object_base.push(builder.shapes.len() as u32);
+        builder.add_shapes(&[shape], Place::Moving);
+        instances.push(Instance { object, world_from_object: shape.world_from_object });
+    }
+
+    let shapes = builder.shapes;
+    let accel = build_trees(&shapes, world_len, &object_base, &instances, sink)?;
+    let accel = match options.isa {
+        Some(isa) => accel.with_isa(isa),
+        None => accel,
+    };
+    let counts = count(&shapes, instances.len(), &accel);
+    Some(World { accel, shapes, object_base, instances, counts })
+}
+
+/// In which space a shape is stored.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// World space.
+    World,
+    /// Space of an object: the shape's own transform leads there.
+    Object,
+    /// Object space of a shape that moves: its transform is the instance's.
+    Moving,
+}
+
+struct Builder<'a> {
+    desc: &'a SceneDesc,
+    textures: &'a mut TexturesBuilder,
+    lights: &'a mut LightsBuilder,
+    sink: &'a mut Sink,
+    shapes: Vec<Shape>,
+}
+
+impl Builder<'_> {
+    fn add_shapes(&mut self, shapes: &[&ShapeDesc], place: Place) {
+        let baked: Vec<ShapeGeometry> = shapes.par_iter().map(|s| bake(s, place)).collect();
+        for (desc, geometry) in shapes.iter().zip(baked) {
+            let material = &self.desc.materials[desc.material.index()];
+            let is_interface = matches!(material.kind, scene_desc::MaterialKind::Interface);
+            let alpha = desc.alpha.as_ref().map(|a| self.textures.float(a, self.sink));
+            let first_light = self.emitter(desc, &geometry, place);
+            let media = desc.medium_interface.as_ref();
+            self.shapes.push(Shape {
+                geometry,
+                material: MaterialId(desc.material.0),
+                alpha: alpha.filter(|a| !matches!(a, FloatHandle::Constant(x) if *x >= 1.0)),
+                first_light,
+                medium_interface: media
+                    .map(|m| [m.inside, m.outside].map(|id| id.map(|id| crate::MediumId(id.0)))),
+                is_interface,
+                span: desc.span,
+            });
+        }
+    }
+
+    /// Makes the shape's primitives known to the lights.
+    fn emitter(&mut self, desc: &ShapeDesc, geometry: &ShapeGeometry, place: Place) -> Option<LightId> {
+        let area_light = desc.area_light.as_ref()?;
+        if place != Place::World {
+            let what = if place == Place::Moving { "a moving shape" } else { "a shape of an object" };
+            self.sink
+                .warning(area_light.span, format!("{what} cannot emit light: it is rendered dark"))
+                .hint("place the emitter in the world, without motion");
+            return None;
+        }
+        if let ShapeGeometry::Strand(_) = geometry {
+            self.sink.warning(area_light.span, "curves cannot emit light: they are rendered dark");
+            return None;
+        }
+        let source = EmitterSource { geometry: EmitterGeometry::of(geometry), desc: area_light };
+        self.lights.add_emitter(&source, self.textures, self.sink)
+    }
+
+    /// Instances of the world, with objects that hold instances multiplied out.
+    fn flatten_instances(&mut self) -> Vec<Instance> {
+        let mut flat = Vec::new();
+        for instance in &self.desc.instances {
+            self.flatten(instance, None, 0, &mut flat);
+        }
+        flat
+    }
+
+    fn flatten(
+        &mut self,
+        instance: &InstanceDesc,
+        outer: Option<&AnimatedTransform>,
+        depth: u32,
+        flat: &mut Vec<Instance>,
+    ) {
+        if depth > MAX_NESTING || flat.len() >= MAX_INSTANCES {
+            self.sink.error(instance.span, "objects are nested without end, or there are too many instances");
+            return;
+        }
+        let placed = match outer {
+            None => instance.world_from_object,
+            Some(outer) => compose(outer, &instance.world_from_object),
+        };
+        let Some(object) = self.desc.objects.get(instance.object.index()) else { return };
+        if !object.shapes.is_empty() {
+            flat.push(Instance { object: instance.object.0, world_from_object: placed });
+        }
+        for inner in &object.instances {
+            self.flatten(inner, Some(&placed), depth + 1, flat);
+        }
+    }
+}
+
+/// Inner motion seen from outside; exact unless both move and turn.
+fn compose(outer: &AnimatedTransform, inner: &AnimatedTransform) -> AnimatedTransform {
+    let times = if outer.is_animated() { outer.times() } else { inner.times() };
+    let at = |t: f32| outer.at(t) * inner.at(t);
+    AnimatedTransform::new(at(times[0]), at(times[1]), times)
+}
+
+fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
+    let own = desc.world_from_object.start();
+    let t = if place == Place::Moving { Transform::IDENTITY } else { own };
+    // The side of the normal follows from the whole transform, wherever it is applied.
+    let reverse = match place {
+        Place::Moving => desc.reverse_orientation != own.swaps_handedness(),
+        Place::World | Place::Object => desc.reverse_orientation,
+    };
+    let flip = flips(reverse, &t);
+    let quadric = |kind| ShapeGeometry::Quadric(Quadric { kind, world_from_object: t, flip });
+    match &desc.geometry {
+        Geometry::Mesh(m) => ShapeGeometry::Mesh(Mesh::new(m, &t, reverse)),
+        Geometry::LoopSubdiv(l) => ShapeGeometry::Mesh(Mesh::new(&subdivide(l), &t, reverse)),
+        Geometry::BilinearMesh(m) => ShapeGeometry::Patches(PatchMesh::new(m, &t, reverse)),
+        Geometry::Curve(c) => ShapeGeometry::Strand(Strand::new(c, &t)),
+        Geometry::Sphere { radius, z_min, z_max, phi_max } => quadric(QuadricKind::Sphere {
+            radius: *radius,
+            z_min: z_min.min(*z_max).clamp(-radius, *radius),
+            z_max: z_max.max(*z_min).clamp(-radius, *radius),
+            phi_max: phi_max.clamp(0.0, 360.0).to_radians(),
+        }),
+        Geometry::Disk { height, radius, inner_radius, phi_max } => quadric(QuadricKind::Disk {
+            height: *height,
+            radius: *radius,
+            inner_radius: *inner_radius,
+            phi_max: phi_max.clamp(0.0, 360.0).to_radians(),
+        }),
+        Geometry::Cylinder { radius, z_min, z_max, phi_max } => quadric(QuadricKind::Cylinder {
+            radius: *radius,
+            z_min: z_min.min(*z_max),
+            z_max: z_max.max(*z_min),
+            phi_max: phi_max.clamp(0.0, 360.0).to_radians(),
+        }),
+    }
+}
+
+fn build_trees(
+    shapes: &[Shape],
+    world_len: usize,
+    object_base: &[u32],
+    instances: &[Instance],
+    sink: &mut Sink,
+) -> Option<Accel> {
+    let ends = object_base.iter().skip(1).map(|b| *b as usize).chain([shapes.len()]);
+    let objects: Vec<&[Shape]> = object_base.iter().zip(ends).map(|(b, e)| &shapes[*b as usize..e]).collect();
+    let built = blas(&shapes[..world_len])
+        .and_then(|world| Ok((world, objects.par_iter().map(|o| blas(o)).collect::<Result<Vec<_>, _>>()?)))
+        .and_then(|(world, objects)| Accel::new(world, objects, instances));
+    match built {
+        Ok(accel) => Some(accel),
+        Err(e) => {
+            sink.error(scene_desc::Span::NONE, e.to_string());
+            None
+        }
+    }
+}
+
+fn blas(shapes: &[Shape]) -> Result<Blas, accel::BuildError> {
+    let prepared: Vec<Prepared<'_>> = shapes.iter().map(Prepared::new).collect();
+    let geometries: Vec<accel::Geometry<'_>> = shapes
+        .iter()
+        .zip(&prepared)
+        .map(|(s, p)| accel::Geometry { shape: p.shape(), needs_filter: s.alpha.is_some() || s.is_interface })
+        .collect();
+    Blas::build(&geometries, &BuildOptions::default())
+}
+
+/// A shape in the ray kernel's words.
+enum Prepared<'a> {
+    Mesh(&'a Mesh),
+    Patches(&'a PatchMesh),
+    Sphere(accel::Sphere),
+    Disk(accel::Disk),
+    Cylinder(accel::Cylinder),
+    Curves(Vec<accel::Curve>),
+}
+
+impl<'a> Prepared<'a> {
+    fn new(shape: &'a Shape) -> Self {
+        match &shape.geometry {
+            ShapeGeometry::Mesh(m) => Self::Mesh(m),
+            ShapeGeometry::Patches(m) => Self::Patches(m),
+            ShapeGeometry::Strand(s) => Self::Curves(curves(s)),
+            ShapeGeometry::Quadric(q) => {
+                let object_from_local = q.world_from_object;
+                match q.kind {
+                    QuadricKind::Sphere { radius, z_min, z_max, phi_max } => {
+                        Self::Sphere(accel::Sphere { radius, z_min, z_max, phi_max, object_from_local })
+                    }
+                    QuadricKind::Disk { height, radius, inner_radius, phi_max } => {
+                        Self::Disk(accel::Disk { height, radius, inner_radius, phi_max, object_from_local })
+                    }
+                    QuadricKind::Cylinder { radius, z_min, z_max, phi_max } => {
+                        Self::Cylinder(accel::Cylinder { radius, z_min, z_max, phi_max, object_from_local })
+                    }
+                }
+            }
+        }
+    }
+
+    fn shape(&self) -> accel::Shape<'_> {
+        match self {
+            Self::Mesh(m) => accel::Shape::Mesh { positions: &m.positions, indices: &m.indices },
+            Self::Patches(m) => accel::Shape::PatchMesh { positions: &m.positions, indices: &m.indices },
+            Self::Sphere(s) => accel::Shape::Sphere(s),
+            Self::Disk(d) => accel::Shape::Disk(d),
+            Self::Cylinder(c) => accel::Shape::Cylinder(c),
+            Self::Curves(c) => accel::Shape::Curves(c),
+        }
+    }
+}
+
+fn curves(strand: &Strand) -> Vec<accel::Curve> {
+    let n = strand.segments.len() as f32;
+    let normal = |i: usize| strand.normals.get(i).copied().unwrap_or(Vec3::Z);
+    let segment = |(i, points): (usize, &[Vec3; 4])| accel::Curve {
+        points: *points,
+        widths: [strand.width_at(i as f32 / n), strand.width_at((i + 1) as f32 / n)],
+        kind: match strand.kind {
+            scene_desc::CurveKind::Flat => accel::CurveKind::Flat,
+            scene_desc::CurveKind::Cylinder => accel::CurveKind::Cylinder,
+            scene_desc::CurveKind::Ribbon => accel::CurveKind::Ribbon([normal(i), normal(i + 1)]),
+        },
+    };
+    strand.segments.iter().enumerate().map(segment).collect()
+}
+
+fn count(shapes: &[Shape], instances: usize, accel: &Accel) -> SceneCounts {
+    let mut counts = SceneCounts {
+        shapes: shapes.len() as u64,
+        instances: instances as u64,
+        accel_bytes: accel.memory() as u64,
+        ..SceneCounts::default()
+    };
+    for shape in shapes {
+        let n = shape.geometry.primitives() as u64;
+        match &shape.geometry {
+            ShapeGeometry::Mesh(_) => counts.triangles += n,
+            ShapeGeometry::Patches(_) | ShapeGeometry::Quadric(_) | ShapeGeometry::Strand(_) => {
+                counts.other_primitives += n;
+            }
+        }
+        counts.geometry_bytes += shape.geometry.memory() as u64;
+    }
+    counts
+}

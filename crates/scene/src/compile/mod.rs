@@ -1,0 +1,125 @@
+//! From a description to a scene: images decoded, meshes baked into world space, trees built, lights counted.
+//!
+//! What is wrong is reported with its place, all of it, before `None` is returned; what cannot be rendered yet is a
+//! warning that says what is done instead.
+
+mod geometry;
+
+use math::Bounds2i;
+use scene_desc::{SceneDesc, Sink};
+use spectrum::Sensor;
+
+use crate::cameras::Camera;
+use crate::light_select::LightSelector;
+use crate::lights::LightsBuilder;
+use crate::materials::Materials;
+use crate::scene::{Scene, SceneCounts, SceneSettings};
+use crate::textures::TexturesBuilder;
+
+/// What the caller wants otherwise than the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CompileOptions {
+    /// Four hero wavelengths instead of R, G, B.
+    pub spectral: bool,
+    /// Another size of the whole film; crops are then taken anew from their share of it.
+    pub resolution: Option<[u32; 2]>,
+    /// Only these pixels.
+    pub crop: Option<Bounds2i>,
+    /// A certain instruction set for rays; `None`: the best that this processor has.
+    pub isa: Option<accel::Isa>,
+}
+
+/// Compiles a scene, on all threads of the current rayon pool. `None` if `sink` has an error.
+#[must_use]
+pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> Option<Scene> {
+    let (resolution, crop) = film_bounds(desc, options, sink)?;
+    let camera = Camera::compile(&desc.camera, resolution);
+    if camera.is_none() {
+        sink.error(desc.camera.span, "this camera has no meaning")
+            .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");
+    }
+
+    // Looks.
+    let space = color_space(desc.film.color_space);
+    let mut textures = TexturesBuilder::new(desc, options.spectral, space, sink);
+    let materials = Materials::compile(desc, &mut textures, sink);
+
+    // Surfaces and lights.
+    let mut lights = LightsBuilder::new(options.spectral, space);
+    for light in &desc.lights {
+        lights.add_light(light, &textures, sink);
+    }
+    let world = geometry::build(desc, &mut textures, &mut lights, options, sink);
+    if sink.has_errors() {
+        return None;
+    }
+    let (world, camera) = (world?, camera?);
+    let textures = textures.finish();
+    let lights = lights.finish(&textures, world.accel.bounds());
+    let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
+    let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
+    Some(Scene {
+        hit_filter: world.shapes.iter().any(|s| s.alpha.is_some()),
+        shadow_filter: world.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface),
+        accel: world.accel,
+        shapes: world.shapes,
+        object_base: world.object_base,
+        instances: world.instances,
+        textures,
+        materials,
+        lights,
+        light_selector,
+        camera,
+        sensor: sensor(desc, space),
+        settings: SceneSettings {
+            resolution,
+            crop,
+            filter: desc.filter,
+            sampler: desc.sampler.clone(),
+            integrator: desc.integrator.clone(),
+            imaging_ratio: desc.film.sensor.imaging_ratio(),
+            spectral: options.spectral,
+            filename: desc.film.filename.clone(),
+            content_hash: desc.content_hash,
+            counts,
+        },
+    })
+}
+
+/// The whole film's resolution and the pixels to render.
+fn film_bounds(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> Option<([u32; 2], Bounds2i)> {
+    let own = desc.film.resolution;
+    let resolution = options.resolution.unwrap_or(own);
+    let whole = Bounds2i::new([0, 0], resolution.map(|r| i32::try_from(r).unwrap_or(i32::MAX)));
+    let crop = match (options.crop, desc.film.pixel_bounds) {
+        (Some(crop), _) => crop,
+        (None, Some([x0, x1, y0, y1])) => {
+            let scale = |v: u32, axis: usize| {
+                (u64::from(v) * u64::from(resolution[axis]) / u64::from(own[axis].max(1))) as i32
+            };
+            Bounds2i::new([scale(x0, 0), scale(y0, 1)], [scale(x1, 0), scale(y1, 1)])
+        }
+        (None, None) => whole,
+    };
+    let kept = crop.intersect(&whole);
+    if kept.area() == 0 {
+        let [w, h] = resolution;
+        sink.error(desc.film.span, format!("nothing to render: {:?} to {:?} of {w}x{h} pixels", crop.min, crop.max))
+            .hint("a crop must overlap the film, and a film has at least one pixel");
+        return None;
+    }
+    Some((resolution, kept))
+}
+
+fn color_space(name: scene_desc::ColorSpaceName) -> spectrum::ColorSpace {
+    match name {
+        scene_desc::ColorSpaceName::Srgb => spectrum::ColorSpace::Srgb,
+        scene_desc::ColorSpaceName::DciP3 => spectrum::ColorSpace::DciP3,
+        scene_desc::ColorSpaceName::Rec2020 => spectrum::ColorSpace::Rec2020,
+        scene_desc::ColorSpaceName::Aces2065_1 => spectrum::ColorSpace::Aces2065_1,
+    }
+}
+
+fn sensor(desc: &SceneDesc, space: spectrum::ColorSpace) -> Sensor {
+    Sensor::new(space, desc.film.sensor.imaging_ratio(), desc.film.sensor.white_balance)
+}
