@@ -291,6 +291,11 @@ pub trait BsdfKind: Copy + Into<Bsdf> {
     /// The lobes that it has.
     fn flags(&self) -> LobeFlags;
 
+    /// Chance that [`BsdfKind::sample`] draws a delta at `wo`, given that it draws anything.
+    fn specular_probability(&self, _wo: LocalDir) -> f32 {
+        if self.flags().is_within(LobeFlags::SPECULAR) { 1.0 } else { 0.0 }
+    }
+
     /// About `∫ f |cos θi| dωi`: for guides and auxiliary images, not for light transport.
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum;
 
@@ -356,6 +361,12 @@ impl Bsdf {
     #[must_use]
     pub fn flags(&self) -> LobeFlags {
         dispatch!(self, b => b.flags())
+    }
+
+    /// See [`BsdfKind::specular_probability`].
+    #[must_use]
+    pub fn specular_probability(&self, wo: LocalDir) -> f32 {
+        dispatch!(self, b => b.specular_probability(wo))
     }
 
     /// See [`BsdfKind::albedo_estimate`].

@@ -127,6 +127,14 @@ impl BsdfKind for CoatedConductor {
         self.walk().flags()
     }
 
+    fn specular_probability(&self, wo: LocalDir) -> f32 {
+        match (self.is_mirror(), self.top.is_smooth()) {
+            (true, _) => 1.0,
+            (false, true) => crate::fresnel::dielectric(wo.abs_cos_theta(), self.top.eta()),
+            (false, false) => 0.0,
+        }
+    }
+
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum {
         self.mirror_reflectance(wo.abs_cos_theta())
     }

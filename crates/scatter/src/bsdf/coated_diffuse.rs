@@ -252,6 +252,17 @@ impl BsdfKind for CoatedDiffuse {
         )
     }
 
+    fn specular_probability(&self, wo: LocalDir) -> f32 {
+        if !self.top.is_smooth() {
+            return 0.0;
+        }
+        let up = if wo.0.z < 0.0 { -wo } else { wo };
+        self.either(
+            |c| self.top_probability(up, c).unwrap_or(0.0),
+            |_| fresnel::dielectric(up.0.z, self.top.eta()),
+        )
+    }
+
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum {
         let up = if wo.0.z < 0.0 { -wo } else { wo };
         let top = fresnel::dielectric(up.0.z, self.top.eta());
