@@ -11,6 +11,7 @@ mod cell;
 mod common;
 mod direct;
 mod path;
+mod recursive;
 mod registry;
 
 pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext};

@@ -2,7 +2,7 @@
 
 use accel::{Accel, Hit, NO_INSTANCE, accept_all};
 use math::{Bounds, Bounds2i, Dir, Point, Ray, Vec2, error_bound, hash};
-use spectrum::{Sensor, Wavelengths};
+use spectrum::{Sensor, Spectrum, Wavelengths};
 
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
@@ -195,9 +195,21 @@ impl Scene {
         self.camera.footprint(si.p, si.frame.n, si.time).with_uv(si.dpdu, si.dpdv)
     }
 
+    /// Linear RGB on the film of one path's radiance.
+    #[must_use]
+    pub fn film_rgb(&self, radiance: Spectrum, wl: &Wavelengths) -> [f32; 3] {
+        self.sensor.rgb(radiance, wl)
+    }
+
+    /// Is the surface nothing but a border of media, which rays pass?
+    #[must_use]
+    pub fn is_interface(&self, si: &SurfaceInteraction) -> bool {
+        self.shapes[si.shape.index()].is_interface
+    }
+
     /// Radiance that a surface emits along `w`.
     #[must_use]
-    pub fn emitted(&self, si: &SurfaceInteraction, w: Dir, wl: &Wavelengths) -> Option<spectrum::Spectrum> {
+    pub fn emitted(&self, si: &SurfaceInteraction, w: Dir, wl: &Wavelengths) -> Option<Spectrum> {
         si.light.map(|light| self.lights.emitted(light, &self.textures, si.p, si.ng, si.uv, w, wl))
     }
 

@@ -6,11 +6,10 @@ use rayon::prelude::*;
 use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 
 use super::CompileOptions;
-use crate::lights::{EmitterGeometry, EmitterSource, LightsBuilder};
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, flips, subdivide};
-use crate::textures::{FloatHandle, TexturesBuilder};
-use crate::{LightId, MaterialId};
+use crate::MaterialId;
+use crate::textures::{FloatHandle, TextureCompiler};
 
 /// Nesting of objects within objects beyond this is taken for an endless circle.
 const MAX_NESTING: u32 = 32;
@@ -24,21 +23,24 @@ pub(crate) struct World {
     pub(crate) object_base: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
     pub(crate) counts: SceneCounts,
+    /// Shapes that emit: index among `shapes`, index among the description's.
+    pub(crate) emitters: Vec<(usize, usize)>,
 }
 
 /// Bakes, builds and counts. `None` only together with an error in `sink`.
 pub(crate) fn build(
     desc: &SceneDesc,
-    textures: &mut TexturesBuilder,
-    lights: &mut LightsBuilder,
+    textures: &mut TextureCompiler<'_>,
     options: &CompileOptions,
-    sink: &mut Sink,
 ) -> Option<World> {
-    let mut builder = Builder { desc, textures, lights, sink, shapes: Vec::new() };
+    let mut builder = Builder { desc, textures, shapes: Vec::new() };
 
     // The world's own shapes; those that move become objects of their own.
-    let (moving, still): (Vec<_>, Vec<_>) = desc.shapes.iter().partition(|s| s.world_from_object.is_animated());
-    builder.add_shapes(&still, Place::World);
+    let animated = |i: &usize| desc.shapes[*i].world_from_object.is_animated();
+    let (moving, still): (Vec<usize>, Vec<usize>) = (0..desc.shapes.len()).partition(animated);
+    builder.add_shapes(&still.iter().map(|&i| &desc.shapes[i]).collect::<Vec<_>>(), Place::World);
+    let emits = |(_, i): &(usize, usize)| desc.shapes[*i].area_light.is_some();
+    let emitters = still.iter().copied().enumerate().filter(emits).collect();
     let world_len = builder.shapes.len();
     let mut object_base = Vec::new();
     for object in &desc.objects {
@@ -46,7 +48,7 @@ pub(crate) fn build(
         builder.add_shapes(&object.shapes.iter().collect::<Vec<_>>(), Place::Object);
     }
     let mut instances = builder.flatten_instances();
-    for shape in moving {
+    for shape in moving.into_iter().map(|i| &desc.shapes[i]) {
         let object = object_base.len() as u32;
         object_base.push(builder.shapes.len() as u32);
         builder.add_shapes(&[shape], Place::Moving);
@@ -54,13 +56,13 @@ pub(crate) fn build(
     }
 
     let shapes = builder.shapes;
-    let accel = build_trees(&shapes, world_len, &object_base, &instances, sink)?;
+    let accel = build_trees(&shapes, world_len, &object_base, &instances, textures.sink())?;
     let accel = match options.isa {
         Some(isa) => accel.with_isa(isa),
         None => accel,
     };
     let counts = count(&shapes, instances.len(), &accel);
-    Some(World { accel, shapes, object_base, instances, counts })
+    Some(World { accel, shapes, object_base, instances, counts, emitters })
 }
 
 /// In which space a shape is stored.
@@ -74,28 +76,26 @@ enum Place {
     Moving,
 }
 
-struct Builder<'a> {
+struct Builder<'a, 'b> {
     desc: &'a SceneDesc,
-    textures: &'a mut TexturesBuilder,
-    lights: &'a mut LightsBuilder,
-    sink: &'a mut Sink,
+    textures: &'a mut TextureCompiler<'b>,
     shapes: Vec<Shape>,
 }
 
-impl Builder<'_> {
+impl Builder<'_, '_> {
     fn add_shapes(&mut self, shapes: &[&ShapeDesc], place: Place) {
         let baked: Vec<ShapeGeometry> = shapes.par_iter().map(|s| bake(s, place)).collect();
         for (desc, geometry) in shapes.iter().zip(baked) {
             let material = &self.desc.materials[desc.material.index()];
             let is_interface = matches!(material.kind, scene_desc::MaterialKind::Interface);
-            let alpha = desc.alpha.as_ref().map(|a| self.textures.float(a, self.sink));
-            let first_light = self.emitter(desc, &geometry, place);
+            let alpha = desc.alpha.as_ref().map(|a| self.textures.float(a, desc.span));
+            self.warn_of_dark_emitter(desc, &geometry, place);
             let media = desc.medium_interface.as_ref();
             self.shapes.push(Shape {
                 geometry,
                 material: MaterialId(desc.material.0),
                 alpha: alpha.filter(|a| !matches!(a, FloatHandle::Constant(x) if *x >= 1.0)),
-                first_light,
+                first_light: None,
                 medium_interface: media
                     .map(|m| [m.inside, m.outside].map(|id| id.map(|id| crate::MediumId(id.0)))),
                 is_interface,
@@ -104,22 +104,19 @@ impl Builder<'_> {
         }
     }
 
-    /// Makes the shape's primitives known to the lights.
-    fn emitter(&mut self, desc: &ShapeDesc, geometry: &ShapeGeometry, place: Place) -> Option<LightId> {
-        let area_light = desc.area_light.as_ref()?;
-        if place != Place::World {
-            let what = if place == Place::Moving { "a moving shape" } else { "a shape of an object" };
-            self.sink
-                .warning(area_light.span, format!("{what} cannot emit light: it is rendered dark"))
-                .hint("place the emitter in the world, without motion");
-            return None;
-        }
-        if let ShapeGeometry::Strand(_) = geometry {
-            self.sink.warning(area_light.span, "curves cannot emit light: they are rendered dark");
-            return None;
-        }
-        let source = EmitterSource { geometry: EmitterGeometry::of(geometry), desc: area_light };
-        self.lights.add_emitter(&source, self.textures, self.sink)
+    /// Emitters that cannot emit are said.
+    fn warn_of_dark_emitter(&mut self, desc: &ShapeDesc, geometry: &ShapeGeometry, place: Place) {
+        let Some(light) = &desc.area_light else { return };
+        let what = match (place, geometry) {
+            (_, ShapeGeometry::Strand(_)) => "curves",
+            (Place::Moving, _) => "moving shapes",
+            (Place::Object, _) => "shapes of an object that instances repeat",
+            (Place::World, _) => return,
+        };
+        self.textures
+            .sink()
+            .warning(light.span, format!("{what} cannot emit light: this one is rendered dark"))
+            .hint("place the emitter in the world, without motion, as a mesh, sphere, disk or cylinder");
     }
 
     /// Instances of the world, with objects that hold instances multiplied out.
@@ -139,7 +136,7 @@ impl Builder<'_> {
         flat: &mut Vec<Instance>,
     ) {
         if depth > MAX_NESTING || flat.len() >= MAX_INSTANCES {
-            self.sink.error(instance.span, "objects are nested without end, or there are too many instances");
+            self.textures.sink().error(instance.span, "objects are nested without end, or there are too many instances");
             return;
         }
         let placed = match outer {

@@ -7,14 +7,14 @@ mod geometry;
 
 use math::Bounds2i;
 use scene_desc::{SceneDesc, Sink};
-use spectrum::Sensor;
+use spectrum::{ColorMode, ColorPipeline, Sensor};
 
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::LightsBuilder;
 use crate::materials::Materials;
 use crate::scene::{Scene, SceneCounts, SceneSettings};
-use crate::textures::TexturesBuilder;
+use crate::textures::TextureCompiler;
 
 /// What the caller wants otherwise than the file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,23 +39,30 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
             .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");
     }
 
-    // Looks.
+    // Looks and surfaces; then the images that they want.
     let space = color_space(desc.film.color_space);
-    let mut textures = TexturesBuilder::new(desc, options.spectral, space, sink);
-    let materials = Materials::compile(desc, &mut textures, sink);
+    let colors = ColorPipeline::new(space, options.spectral);
+    let mut compiler = TextureCompiler::new(desc, colors, sink);
+    let materials = Materials::compile(desc, &mut compiler);
+    let world = geometry::build(desc, &mut compiler, options);
+    let textures = compiler.finish();
 
-    // Surfaces and lights.
-    let mut lights = LightsBuilder::new(options.spectral, space);
-    for light in &desc.lights {
-        lights.add_light(light, &textures, sink);
-    }
-    let world = geometry::build(desc, &mut textures, &mut lights, options, sink);
+    // Lights.
     if sink.has_errors() {
         return None;
     }
-    let (world, camera) = (world?, camera?);
-    let textures = textures.finish();
-    let lights = lights.finish(&textures, world.accel.bounds());
+    let (mut world, camera) = (world?, camera?);
+    let mut lights = LightsBuilder::new(colors);
+    for light in &desc.lights {
+        lights.add_light(light, &textures, sink);
+    }
+    for &(shape, described) in &world.emitters {
+        if let Some(light) = &desc.shapes[described].area_light {
+            let shape = &mut world.shapes[shape];
+            shape.first_light = lights.add_emitter(&shape.geometry, light, &textures, sink);
+        }
+    }
+    let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
     let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
     Some(Scene {
@@ -121,5 +128,9 @@ fn color_space(name: scene_desc::ColorSpaceName) -> spectrum::ColorSpace {
 }
 
 fn sensor(desc: &SceneDesc, space: spectrum::ColorSpace) -> Sensor {
-    Sensor::new(space, desc.film.sensor.imaging_ratio(), desc.film.sensor.white_balance)
+    let sensor = match desc.film.sensor.white_balance {
+        Some(kelvin) => Sensor::with_white_balance(space, f64::from(kelvin)),
+        None => Sensor::new(space),
+    };
+    sensor.with_exposure(desc.film.sensor.imaging_ratio())
 }
