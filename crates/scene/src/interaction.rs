@@ -89,6 +89,22 @@ pub struct Footprint {
     pub duvdy: Vec2,
 }
 
+impl Footprint {
+    /// With (u, v) changing as the point does, by least squares [PBR4e, sec. 10.1.1].
+    #[must_use]
+    pub fn with_uv(self, dpdu: Vec3, dpdv: Vec3) -> Self {
+        let (uu, uv, vv) = (dpdu.dot(dpdu), dpdu.dot(dpdv), dpdv.dot(dpdv));
+        let inv = 1.0 / (uu * vv - uv * uv);
+        let inv = if inv.is_finite() { inv } else { 0.0 };
+        let solve = |d: Vec3| {
+            let (bu, bv) = (dpdu.dot(d), dpdv.dot(d));
+            let limit = |x: f32| if x.is_finite() { x.clamp(-1e8, 1e8) } else { 0.0 };
+            Vec2::new(limit((vv * bu - uv * bv) * inv), limit((uu * bv - uv * bu) * inv))
+        };
+        Self { duvdx: solve(self.dpdx), duvdy: solve(self.dpdy), ..self }
+    }
+}
+
 /// What a texture is evaluated at.
 #[derive(Clone, Copy, Debug)]
 pub struct TextureContext {

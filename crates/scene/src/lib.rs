@@ -9,6 +9,7 @@ mod interaction;
 mod lights;
 mod linear_map;
 mod materials;
+mod shapes;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay};

@@ -99,6 +99,14 @@ impl Materials {
         }
     }
 
+    /// Does the material look the same everywhere?
+    #[inline]
+    #[must_use]
+    pub fn is_uniform(&self, material: MaterialId) -> bool {
+        let m = &self.list[material.index()];
+        m.constant.is_some() && m.relief == Relief::None
+    }
+
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -182,9 +182,9 @@ impl Scene {
     /// The BSDF of a surface in its (bumped) frame; `None` for a border of media, which rays pass.
     #[must_use]
     pub fn shade(&self, si: &SurfaceInteraction, wl: &mut Wavelengths) -> Option<Shading> {
-        let footprint = match self.materials.needs_footprint(si.material) {
-            true => self.footprint(si),
-            false => Footprint::default(),
+        let footprint = match self.materials.is_uniform(si.material) {
+            true => Footprint::default(),
+            false => self.footprint(si),
         };
         self.materials.shade(&self.textures, si, &footprint, wl)
     }
@@ -192,7 +192,7 @@ impl Scene {
     /// How large a pixel is on the surface, as if the camera saw it directly [PBR4e, sec. 10.1.3].
     #[must_use]
     pub fn footprint(&self, si: &SurfaceInteraction) -> Footprint {
-        self.camera.footprint(si.p, si.frame.n, si.time).with_uv(si.dpdu, si.dpdv)
+        self.camera.approximate_footprint(si.p, si.frame.n, si.time).with_uv(si.dpdu, si.dpdv)
     }
 
     /// Linear RGB on the film of one path's radiance.
@@ -204,7 +204,7 @@ impl Scene {
     /// Is the surface nothing but a border of media, which rays pass?
     #[must_use]
     pub fn is_interface(&self, si: &SurfaceInteraction) -> bool {
-        self.shapes[si.shape.index()].is_interface
+        self.materials.is_interface(&self.textures, si)
     }
 
     /// Radiance that a surface emits along `w`.
@@ -237,7 +237,7 @@ impl Scene {
         let shape = &self.shapes[self.shape_of(hit).index()];
         let Some(alpha) = &shape.alpha else { return true };
         let uv = shape.geometry.uv(hit);
-        let alpha = self.textures.float(alpha, &alpha_context(ray, hit, uv));
+        let alpha = self.textures.alpha(alpha, &alpha_context(ray, hit, uv));
         if alpha >= 1.0 || alpha <= 0.0 {
             return alpha >= 1.0;
         }
