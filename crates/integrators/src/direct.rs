@@ -144,7 +144,7 @@ impl Direct {
     }
 
     fn emitters_behind(&self, scene: &Scene, path: &CameraPath) -> Spectrum {
-        let le = |l: &_| scene.lights.infinite_emitted(*l, &scene.textures, path.ray.dir, &path.wl);
+        let le = |l: &_| scene.lights.infinite_emitted(*l, path.ray.dir, &path.wl);
         scene.lights.infinite().iter().map(le).sum()
     }
 
@@ -222,7 +222,7 @@ impl Direct {
             ray = si.spawn_ray(w);
         }
         for &light in scene.lights.infinite() {
-            let le = scene.lights.infinite_emitted(light, &scene.textures, w, wl);
+            let le = scene.lights.infinite_emitted(light, w, wl);
             found += le * self.weight(pdf, || infinite_light_pdf(scene, &from, light, w));
         }
         found
@@ -246,7 +246,7 @@ impl DirectLight<'_> {
         let Some((light, chosen)) = self.scene.light_selector.select(&ctx, u_light) else {
             return Spectrum::ZERO;
         };
-        match self.scene.lights.sample(light, &self.scene.textures, &ctx, u, wl) {
+        match self.scene.lights.sample(light, &ctx, u, wl) {
             Some(s) if matches!(s.density, Density::Delta { .. }) => {
                 let once = Self { counts: [1, 1], ..*self };
                 once.contribution(&ctx, &s, chosen, LightStrategy::Alone, counters)

@@ -173,7 +173,7 @@ impl Path {
         let lights = scene.lights.infinite().iter();
         lights
             .map(|&light| {
-                let le = scene.lights.infinite_emitted(light, &scene.textures, dir, wl);
+                let le = scene.lights.infinite_emitted(light, dir, wl);
                 le * self.weight(previous, |from| infinite_light_pdf(scene, from, light, dir))
             })
             .sum()

@@ -123,7 +123,7 @@ impl Recursive {
         loop {
             walk.counters.rays += 1;
             let Some(hit) = walk.scene.intersect(&ray) else {
-                let sky = |l: &_| walk.scene.lights.infinite_emitted(*l, &walk.scene.textures, ray.dir, wl);
+                let sky = |l: &_| walk.scene.lights.infinite_emitted(*l, ray.dir, wl);
                 let seen: Spectrum = walk.scene.lights.infinite().iter().map(sky).sum();
                 return if a.sees_emitters { radiance + seen } else { radiance };
             };

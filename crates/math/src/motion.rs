@@ -53,6 +53,12 @@ impl AnimatedTransform {
         self.start
     }
 
+    /// The transform at the first key, where it stands.
+    #[must_use]
+    pub fn start_ref(&self) -> &Transform {
+        &self.start
+    }
+
     /// The transform at the second key.
     #[must_use]
     pub fn end(&self) -> Transform {

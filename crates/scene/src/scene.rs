@@ -140,10 +140,7 @@ impl Scene {
         if to.is_infinite {
             return Ray::new(origin, to.wi, from.time);
         }
-        let target = match to.n {
-            Some(n) => error_bound::offset_ray_origin(to.p, to.p_error, n, -to.wi),
-            None => to.p,
-        };
+        let target = error_bound::offset_ray_origin(to.p, to.p_error, to.n, -to.wi);
         segment(origin, target, from.time)
     }
 
@@ -210,7 +207,7 @@ impl Scene {
     /// Radiance that a surface emits along `w`.
     #[must_use]
     pub fn emitted(&self, si: &SurfaceInteraction, w: Dir, wl: &Wavelengths) -> Option<Spectrum> {
-        si.light.map(|light| self.lights.emitted(light, &self.textures, si.p, si.ng, si.uv, w, wl))
+        si.light.map(|light| self.lights.emitted(light, si.ng, si.uv, w, wl))
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit, shape: &Shape) -> LocalSurface {

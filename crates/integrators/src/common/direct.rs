@@ -46,7 +46,7 @@ impl DirectLight<'_> {
         let Some((light, chosen)) = self.scene.light_selector.select(&ctx, u_light) else {
             return Spectrum::ZERO;
         };
-        let Some(sample) = self.scene.lights.sample(light, &self.scene.textures, &ctx, u, wl) else {
+        let Some(sample) = self.scene.lights.sample(light, &ctx, u, wl) else {
             return Spectrum::ZERO;
         };
         self.contribution(&ctx, &sample, chosen, strategy, counters)
@@ -101,5 +101,5 @@ pub(crate) fn light_pdf(
 /// The same for an infinite light in direction `w`.
 pub(crate) fn infinite_light_pdf(scene: &Scene, from: &LightContext, light: LightId, w: Dir) -> Pdf<SolidAngle> {
     let chosen = scene.light_selector.probability(from, light);
-    scene.lights.infinite_pdf(light, from, w) * chosen
+    scene.lights.pdf(light, from, from.p, w, w) * chosen
 }

@@ -3,6 +3,7 @@
 //! What is wrong is reported with its place, all of it, before `None` is returned; what cannot be rendered yet is a
 //! warning that says what is done instead.
 
+mod emitters;
 mod geometry;
 
 use math::Bounds2i;
@@ -11,10 +12,10 @@ use spectrum::{ColorMode, ColorPipeline, Sensor};
 
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
-use crate::lights::LightsBuilder;
+use crate::lights::{LightImage, LightsBuilder};
 use crate::materials::Materials;
 use crate::scene::{Scene, SceneCounts, SceneSettings};
-use crate::textures::TextureCompiler;
+use crate::textures::{FloatHandle, TextureCompiler, color_space};
 
 /// What the caller wants otherwise than the file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,7 +42,8 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
 
     // Looks and surfaces; then the images that they want.
     let space = color_space(desc.film.color_space);
-    let colors = ColorPipeline::new(space, options.spectral);
+    let mode = if options.spectral { ColorMode::Spectral } else { ColorMode::Rgb };
+    let colors = ColorPipeline { mode, space };
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
     let world = geometry::build(desc, &mut compiler, options);
@@ -52,15 +54,17 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
         return None;
     }
     let (mut world, camera) = (world?, camera?);
-    let mut lights = LightsBuilder::new(colors);
+    let image = |id| LightImage::from(textures.images().get(id));
+    let mut lights = LightsBuilder::new(colors, &image);
     for light in &desc.lights {
-        lights.add_light(light, &textures, sink);
+        lights.add_light(light, sink);
     }
-    for &(shape, described) in &world.emitters {
-        if let Some(light) = &desc.shapes[described].area_light {
-            let shape = &mut world.shapes[shape];
-            shape.first_light = lights.add_emitter(&shape.geometry, light, &textures, sink);
-        }
+    for &(baked, described) in &world.emitters {
+        let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
+        let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
+        let source = desc.area_light.as_ref();
+        let source = source.and_then(|l| emitters::source(desc, l, &shape.geometry, visible));
+        shape.first_light = source.and_then(|s| lights.add_emitter(&s, sink));
     }
     let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
@@ -116,15 +120,6 @@ fn film_bounds(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
         return None;
     }
     Some((resolution, kept))
-}
-
-fn color_space(name: scene_desc::ColorSpaceName) -> spectrum::ColorSpace {
-    match name {
-        scene_desc::ColorSpaceName::Srgb => spectrum::ColorSpace::Srgb,
-        scene_desc::ColorSpaceName::DciP3 => spectrum::ColorSpace::DciP3,
-        scene_desc::ColorSpaceName::Rec2020 => spectrum::ColorSpace::Rec2020,
-        scene_desc::ColorSpaceName::Aces2065_1 => spectrum::ColorSpace::Aces2065_1,
-    }
 }
 
 fn sensor(desc: &SceneDesc, space: spectrum::ColorSpace) -> Sensor {

@@ -225,9 +225,11 @@ mod tests {
         assert_eq!(m.indices.len(), 8 * 64);
         let radii: Vec<f32> = m.positions.iter().map(|p| p.length()).collect();
         let (lo, hi) = radii.iter().fold((f32::MAX, 0.0_f32), |(a, b), r| (a.min(*r), b.max(*r)));
-        assert!(hi / lo < 1.12, "{lo} {hi}");
+        // A corner of valence four: γ = 1/8, and the four neighbours cancel.
+        assert!((m.positions[0] - Vec3::X * 0.5).length() < 0.01, "{}", m.positions[0]);
+        assert!(hi / lo < 1.25, "{lo} {hi}");
         for (p, n) in m.positions.iter().zip(&m.normals) {
-            assert!(p.normalize().dot(*n) > 0.95);
+            assert!(p.normalize().dot(*n) > 0.93);
         }
     }
 
