@@ -79,7 +79,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         directions: DirectionSampling::from_name(sampling),
         light_samples: p.integer("light_samples").max(1),
         direction_samples: p.integer("bsdf_samples").max(1),
-        shared: p.bool("shared"),
+        shared: p.bool("shared").then(|| sampler_of(making.sampler, making.seed)),
         max_depth: p.limit("max_depth"),
     };
     Box::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) })
@@ -91,7 +91,8 @@ struct Direct {
     directions: DirectionSampling,
     light_samples: u32,
     direction_samples: u32,
-    shared: bool,
+    /// Makes the numbers that all pixels of a pass share.
+    shared: Option<Sampler>,
     max_depth: u32,
 }
 
@@ -158,7 +159,10 @@ impl Direct {
         if here.shading.bsdf.flags().is_within(LobeFlags::SPECULAR) {
             return Spectrum::ZERO;
         }
-        let mut shared = self.shared.then(|| sampler.shared_over_pixels());
+        let mut shared = self.shared.clone();
+        if let Some(shared) = &mut shared {
+            shared.start_path(0, path.pass);
+        }
         let sampler = shared.as_mut().unwrap_or(sampler);
         match self.lights {
             Some(strategy) => {
@@ -184,7 +188,9 @@ impl Direct {
         let wo = here.shading.frame.to_local(here.si.wo);
         let mut sum = Spectrum::ZERO;
         for _ in 0..self.direction_samples {
-            let Some(s) = self.directions.sample(bsdf, wo, sampler, TransportMode::Radiance) else { continue };
+            let Some(s) = self.directions.sample(bsdf, wo, sampler, TransportMode::Radiance) else {
+                continue;
+            };
             if only_deltas && s.pdf.is_some() {
                 continue;
             }

@@ -13,13 +13,13 @@ use scatter::{LobeFlags, TransportMode};
 use scene::{LightContext, Scene, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
+use crate::Integrator;
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop, Roulette,
-    infinite_light_pdf, light_pdf, sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
+    Roulette, infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
 use crate::registry::{IntegratorInfo, Making};
-use crate::Integrator;
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -135,7 +135,13 @@ impl CameraEstimator for Path {
             if let Some(strategy) = self.lights
                 && !shading.bsdf.flags().is_within(LobeFlags::SPECULAR)
             {
-                let here = DirectLight { scene, si: &si, shading: &shading, directions: self.directions, counts: [1, 1] };
+                let here = DirectLight {
+                    scene,
+                    si: &si,
+                    shading: &shading,
+                    directions: self.directions,
+                    counts: [1, 1],
+                };
                 radiance += throughput * here.sample(strategy, sampler, wl, out.counters);
             }
 
@@ -160,7 +166,13 @@ impl CameraEstimator for Path {
 
 impl Path {
     /// Emission of a surface that the walk found, weighted against the light sample that could have found it.
-    fn emission(&self, scene: &Scene, si: &SurfaceInteraction, previous: &Previous, wl: &Wavelengths) -> Spectrum {
+    fn emission(
+        &self,
+        scene: &Scene,
+        si: &SurfaceInteraction,
+        previous: &Previous,
+        wl: &Wavelengths,
+    ) -> Spectrum {
         let (Some(light), Some(le)) = (si.light, scene.emitted(si, si.wo, wl)) else { return Spectrum::ZERO };
         if le.is_black() {
             return Spectrum::ZERO;

@@ -14,8 +14,8 @@ use scene::{Scene, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop, Roulette,
-    sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
+    Roulette, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
 use crate::registry::{IntegratorInfo, Making};
@@ -110,15 +110,20 @@ impl CameraEstimator for Recursive {
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
         let mut walk = Walk { scene, sampler, counters: out.counters };
-        let arrival =
-            Arrival { depth: 0, sees_emitters: true, throughput: Spectrum::ONE, eta_scale: 1.0 };
+        let arrival = Arrival { depth: 0, sees_emitters: true, throughput: Spectrum::ONE, eta_scale: 1.0 };
         self.incoming(&mut walk, path.ray, arrival, &mut path.wl)
     }
 }
 
 impl Recursive {
     /// Radiance that arrives along a ray.
-    fn incoming(&self, walk: &mut Walk<'_>, mut ray: math::Ray, a: Arrival, wl: &mut Wavelengths) -> Spectrum {
+    fn incoming(
+        &self,
+        walk: &mut Walk<'_>,
+        mut ray: math::Ray,
+        a: Arrival,
+        wl: &mut Wavelengths,
+    ) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
         loop {
             walk.counters.rays += 1;

@@ -3,8 +3,8 @@
 use scene::Scene;
 use scene_desc::{ParameterValue, SamplerDesc};
 
-use crate::{Integrator, ao, direct, path, recursive};
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
+use crate::{Integrator, ao, direct, path, recursive};
 
 /// What a person and the command line need to know of an integrator.
 pub struct IntegratorInfo {

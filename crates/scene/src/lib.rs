@@ -4,21 +4,28 @@
 //! `scatter`, loops over bounces in `integrators`.
 
 mod cameras;
+mod compile;
 mod ids;
 mod interaction;
+mod light_select;
 mod lights;
 mod linear_map;
 mod materials;
+mod scene;
 mod shapes;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay};
+pub use compile::{CompileOptions, compile};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
+pub use light_select::LightSelector;
 pub use lights::{
     EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightSample, Lights, LightsBuilder,
 };
 pub use materials::{Materials, Shading};
+pub use scene::{Scene, SceneCounts, SceneSettings, segment};
+pub use shapes::Shape;
 pub use textures::{
     FloatHandle, Images, SpectrumHandle, SpectrumRole, TextureCompiler, TextureImage, Textures, color_space,
     spectral_curve, spectrum_value,

@@ -99,7 +99,12 @@ pub(crate) fn light_pdf(
 }
 
 /// The same for an infinite light in direction `w`.
-pub(crate) fn infinite_light_pdf(scene: &Scene, from: &LightContext, light: LightId, w: Dir) -> Pdf<SolidAngle> {
+pub(crate) fn infinite_light_pdf(
+    scene: &Scene,
+    from: &LightContext,
+    light: LightId,
+    w: Dir,
+) -> Pdf<SolidAngle> {
     let chosen = scene.light_selector.probability(from, light);
     scene.lights.pdf(light, from, from.p, w, w) * chosen
 }

@@ -18,6 +18,8 @@ pub(crate) struct CameraPath {
     pub(crate) wl: Wavelengths,
     /// Its place on the film.
     pub(crate) raster: [f32; 2],
+    /// Its pass.
+    pub(crate) pass: u32,
 }
 
 /// What an estimator leaves behind besides the radiance.
@@ -60,7 +62,8 @@ pub(crate) fn sampler_of(desc: &SamplerDesc, seed: u64) -> Sampler {
 }
 
 impl<E: CameraEstimator> PixelLoop<E> {
-    fn pixel(&self, scene: &Scene, pixel: [i32; 2], sampler: &mut Sampler, out: &mut CellOutput) {
+    fn pixel(&self, ctx: PassContext<'_>, pixel: [i32; 2], sampler: &mut Sampler, out: &mut CellOutput) {
+        let scene = ctx.scene;
         let u = sampler.pixel_2d();
         let raster = [pixel[0] as f32 + u[0], pixel[1] as f32 + u[1]];
         let wl = match scene.settings().spectral {
@@ -73,7 +76,7 @@ impl<E: CameraEstimator> PixelLoop<E> {
         out.counters.camera_paths += 1;
         let mut rgb = [0.0; 3];
         if let Some(camera_ray) = scene.camera.generate_ray(raster, u_lens, u_time) {
-            let mut path = CameraPath { ray: camera_ray.ray, wl, raster };
+            let mut path = CameraPath { ray: camera_ray.ray, wl, raster, pass: ctx.pass };
             let mut extra = PathOutput { counters: &mut out.counters, splats: &mut out.splats };
             let radiance = self.estimator.radiance(scene, &mut path, sampler, &mut extra);
             rgb = scene.film_rgb(radiance * camera_ray.weight, &path.wl);
@@ -93,7 +96,7 @@ impl<E: CameraEstimator> Integrator for PixelLoop<E> {
         for y in bounds.min[1]..bounds.max[1] {
             for x in bounds.min[0]..bounds.max[0] {
                 sampler.start([x, y], ctx.pass);
-                self.pixel(ctx.scene, [x, y], &mut sampler, out);
+                self.pixel(ctx, [x, y], &mut sampler, out);
             }
         }
     }

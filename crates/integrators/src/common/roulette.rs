@@ -29,9 +29,8 @@ mod tests {
     fn survivors_carry_what_the_others_lost() {
         let roulette = Roulette { rr_depth: 2 };
         let n = 1000;
-        let total: f32 = (0..n)
-            .filter_map(|i| roulette.survive(3, Spectrum::splat(0.25), 1.0, i as f32 / n as f32))
-            .sum();
+        let total: f32 =
+            (0..n).filter_map(|i| roulette.survive(3, Spectrum::splat(0.25), 1.0, i as f32 / n as f32)).sum();
         assert!((total / n as f32 - 1.0).abs() < 1e-3);
         assert_eq!(roulette.survive(1, Spectrum::splat(0.01), 1.0, 0.9), Some(1.0), "too early");
     }

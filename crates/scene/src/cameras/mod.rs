@@ -156,6 +156,21 @@ impl Camera {
         self.resolution[0] as f32 * self.resolution[1] as f32
     }
 
+    /// Does a ray need a place on the lens?
+    #[must_use]
+    pub fn has_lens(&self) -> bool {
+        match &self.projection {
+            Projection::Perspective { lens, .. } => !lens.is_point(),
+            Projection::Orthographic { .. } | Projection::Spherical { .. } => false,
+        }
+    }
+
+    /// Does a ray need a moment?
+    #[must_use]
+    pub fn has_shutter(&self) -> bool {
+        self.shutter[1] > self.shutter[0]
+    }
+
     /// The moment in the shutter's interval at `u` ∈ [0, 1).
     #[must_use]
     pub fn time(&self, u: f32) -> f32 {

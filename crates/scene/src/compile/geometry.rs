@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 
 use super::CompileOptions;
+use crate::MaterialId;
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, flips, subdivide};
-use crate::MaterialId;
 use crate::textures::{FloatHandle, TextureCompiler};
 
 /// Nesting of objects within objects beyond this is taken for an endless circle.
@@ -136,7 +136,9 @@ impl Builder<'_, '_> {
         flat: &mut Vec<Instance>,
     ) {
         if depth > MAX_NESTING || flat.len() >= MAX_INSTANCES {
-            self.textures.sink().error(instance.span, "objects are nested without end, or there are too many instances");
+            self.textures
+                .sink()
+                .error(instance.span, "objects are nested without end, or there are too many instances");
             return;
         }
         let placed = match outer {

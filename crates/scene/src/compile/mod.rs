@@ -115,8 +115,11 @@ fn film_bounds(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let kept = crop.intersect(&whole);
     if kept.area() == 0 {
         let [w, h] = resolution;
-        sink.error(desc.film.span, format!("nothing to render: {:?} to {:?} of {w}x{h} pixels", crop.min, crop.max))
-            .hint("a crop must overlap the film, and a film has at least one pixel");
+        sink.error(
+            desc.film.span,
+            format!("nothing to render: {:?} to {:?} of {w}x{h} pixels", crop.min, crop.max),
+        )
+        .hint("a crop must overlap the film, and a film has at least one pixel");
         return None;
     }
     Some((resolution, kept))

@@ -59,7 +59,8 @@ impl PatchMesh {
                 let n = self.indices[patch as usize].map(|i| self.normals[i as usize]);
                 let ns = n[0].lerp(n[1], u).lerp(n[2].lerp(n[3], u), v);
                 let ns = ns.try_normalize().map_or(ng, Dir);
-                let (nu, nv) = (n[1].lerp(n[3], v) - n[0].lerp(n[2], v), n[2].lerp(n[3], u) - n[0].lerp(n[1], u));
+                let (nu, nv) =
+                    (n[1].lerp(n[3], v) - n[0].lerp(n[2], v), n[2].lerp(n[3], u) - n[0].lerp(n[1], u));
                 let (dndu, dndv) = self.by_texture(patch, [u, v], nu, nv);
                 (ns, dndu, dndv)
             }

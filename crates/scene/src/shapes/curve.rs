@@ -77,8 +77,7 @@ impl Strand {
     }
 
     fn ribbon_normal(&self, segment: u32, u: f32) -> Vec3 {
-        let (Some(a), Some(b)) =
-            (self.normals.get(segment as usize), self.normals.get(segment as usize + 1))
+        let (Some(a), Some(b)) = (self.normals.get(segment as usize), self.normals.get(segment as usize + 1))
         else {
             return Vec3::Z;
         };

@@ -207,7 +207,11 @@ fn border_tangent(p: Vec3, ring: &[Vec3]) -> Vec3 {
             let theta = PI / (inner.len() + 1) as f32;
             let ends = (*first + *last) * trig::sin(theta);
             let w = 2.0 * trig::cos(theta) - 2.0;
-            ends + inner.iter().enumerate().map(|(k, q)| *q * (w * trig::sin((k + 1) as f32 * theta))).sum::<Vec3>()
+            ends + inner
+                .iter()
+                .enumerate()
+                .map(|(k, q)| *q * (w * trig::sin((k + 1) as f32 * theta)))
+                .sum::<Vec3>()
         }
     }
 }
