@@ -115,8 +115,24 @@ impl Texel for Vec3 {
 
     #[inline]
     fn fetch(level: &Level<'_>, i: usize) -> Self {
-        let get = |c| level.texels.get(i + c);
-        if level.channels >= 3 { Self::new(get(0), get(1), get(2)) } else { Self::splat(get(0)) }
+        if level.channels < 3 {
+            return Self::splat(level.texels.get(i));
+        }
+        // One branch and one bounds check for all three.
+        match level.texels {
+            Texels::Bytes { data, curve } => {
+                let p = &data[i..i + 3];
+                Self::new(curve[usize::from(p[0])], curve[usize::from(p[1])], curve[usize::from(p[2])])
+            }
+            Texels::Halves(data) => {
+                let p = &data[i..i + 3];
+                Self::new(p[0].to_f32(), p[1].to_f32(), p[2].to_f32())
+            }
+            Texels::Floats(data) => {
+                let p = &data[i..i + 3];
+                Self::new(p[0], p[1], p[2])
+            }
+        }
     }
 }
 
@@ -241,7 +257,13 @@ impl Level<'_> {
     /// The texel at (x, y), which may lie outside.
     #[inline]
     pub(crate) fn texel<T: Texel>(&self, x: i32, y: i32, mode: WrapMode) -> T {
-        match (wrap(x, self.width, mode), wrap(y, self.height, mode)) {
+        self.at(wrap(x, self.width, mode), wrap(y, self.height, mode))
+    }
+
+    /// The texel at a place inside; black where there is none.
+    #[inline]
+    fn at<T: Texel>(&self, x: Option<i32>, y: Option<i32>) -> T {
+        match (x, y) {
             (Some(x), Some(y)) => {
                 let index = y as usize * self.width as usize + x as usize;
                 T::fetch(self, self.offset + index * self.channels)
@@ -263,10 +285,13 @@ impl Level<'_> {
         let corner = p.floor();
         let d = p - corner;
         let (x, y) = (corner.x as i32, corner.y as i32);
-        let (x1, y1) = (x.wrapping_add(1), y.wrapping_add(1));
-        let top = self.texel::<T>(x, y, mode) * (1.0 - d.x) + self.texel::<T>(x1, y, mode) * d.x;
-        let bottom = self.texel::<T>(x, y1, mode) * (1.0 - d.x) + self.texel::<T>(x1, y1, mode) * d.x;
-        top * (1.0 - d.y) + bottom * d.y
+        let columns = [x, x.wrapping_add(1)].map(|x| wrap(x, self.width, mode));
+        let rows = [y, y.wrapping_add(1)].map(|y| wrap(y, self.height, mode));
+        let row = |y: Option<i32>| {
+            let [a, b] = columns.map(|x| self.at::<T>(x, y));
+            a * (1.0 - d.x) + b * d.x
+        };
+        row(rows[0]) * (1.0 - d.y) + row(rows[1]) * d.y
     }
 
     /// In texels.
