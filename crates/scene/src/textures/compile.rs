@@ -190,7 +190,7 @@ impl<'a> TextureCompiler<'a> {
             | TextureNode::Checkerboard { .. }
             | TextureNode::Bilerp { .. }
             | TextureNode::Dots { .. } => match self.combine(desc, index, &mut operand) {
-                Some(node) => match fold(&node) {
+                Some(node) => match node.constant() {
                     Some(constant) => return FloatHandle::Constant(constant),
                     None => FloatNode::Combine(node),
                 },
@@ -386,22 +386,6 @@ fn noise_of(node: &TextureNode) -> Option<Noise> {
         | TextureNode::ImageMap { .. } => return None,
     };
     Some(Noise { kind, octaves, omega, mapping: Mapping3::compile(texture_from_world) })
-}
-
-/// The value of a texture of constants, where that is a constant.
-fn fold(node: &Combine<FloatHandle>) -> Option<f32> {
-    use FloatHandle::Constant;
-    match node {
-        Combine::Scale { tex: Constant(a), scale: Constant(b) } => Some(a * b),
-        Combine::Mix { a: Constant(a), b: Constant(b), amount: Constant(t) } => Some(a * (1.0 - t) + b * t),
-        Combine::Scale { .. }
-        | Combine::Mix { .. }
-        | Combine::DirectionMix { .. }
-        | Combine::Checkerboard { .. }
-        | Combine::Cubes { .. }
-        | Combine::Bilerp { .. }
-        | Combine::Dots { .. } => None,
-    }
 }
 
 #[cfg(test)]

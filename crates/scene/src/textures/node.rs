@@ -241,6 +241,24 @@ impl<H> Combine<H> {
     }
 }
 
+impl Combine<FloatHandle> {
+    /// The value of a texture of constants, where that is a constant.
+    pub(super) fn constant(&self) -> Option<f32> {
+        use FloatHandle::Constant;
+        match self {
+            Self::Scale { tex: Constant(a), scale: Constant(b) } => Some(a * b),
+            Self::Mix { a: Constant(a), b: Constant(b), amount: Constant(t) } => Some(a * (1.0 - t) + b * t),
+            Self::Scale { .. }
+            | Self::Mix { .. }
+            | Self::DirectionMix { .. }
+            | Self::Checkerboard { .. }
+            | Self::Cubes { .. }
+            | Self::Bilerp { .. }
+            | Self::Dots { .. } => None,
+        }
+    }
+}
+
 impl Noise {
     fn eval(&self, ctx: &TextureContext) -> f32 {
         let c = self.mapping.map(ctx);
