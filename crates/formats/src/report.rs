@@ -102,8 +102,8 @@ impl<'s> Report<'s> {
             shown.hint = hint;
         }
         if self.errors > MOST_ERRORS {
-            let more = format!("… and {} more errors", self.errors - MOST_ERRORS);
-            self.sink.error(Span::NONE, more).hint("the first are shown");
+            // Reading stops there: nobody has counted the others.
+            self.sink.error(Span::NONE, "… and more errors").hint("mend the first ones and try again");
         }
         if self.warnings > MOST_WARNINGS {
             let more = format!("… and {} more warnings", self.warnings - MOST_WARNINGS);

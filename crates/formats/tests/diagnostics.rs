@@ -439,8 +439,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: a grey diffuse surface stands in for it
     a.pbrt:6:1: warning: material "measured" is not supported yet
       hint: a grey diffuse surface stands in for it
-    a.pbrt:7:1: warning: subsurface scattering is not rendered yet
-      hint: a diffuse surface stands in for it
     a.pbrt:8:1: warning: ptex textures are not supported
       hint: a constant 0.5 stands in for it
     a.pbrt:9:1: warning: medium "smoke" is not rendered yet

@@ -199,8 +199,8 @@ impl Build<'_, '_> {
             eta: self.ior(p, "eta", 1.5),
             g: self.number(p, "g", 0.0),
             albedo: self.albedo(p, "albedo", 0.0),
-            max_depth: p.count("maxdepth", 10, 1..=1000, self.report),
-            n_samples: p.count("nsamples", 1, 1..=1000, self.report),
+            max_depth: p.count("maxdepth", 10, 1..=1 << 16, self.report),
+            n_samples: p.count("nsamples", 1, 1..=1 << 16, self.report),
         }
     }
 
@@ -213,8 +213,8 @@ impl Build<'_, '_> {
             conductor_roughness: self.roughness(p, &CONDUCTOR),
             g: self.number(p, "g", 0.0),
             albedo: self.albedo(p, "albedo", 0.0),
-            max_depth: p.count("maxdepth", 10, 1..=1000, self.report),
-            n_samples: p.count("nsamples", 1, 1..=1000, self.report),
+            max_depth: p.count("maxdepth", 10, 1..=1 << 16, self.report),
+            n_samples: p.count("nsamples", 1, 1..=1 << 16, self.report),
         }
     }
 
@@ -246,9 +246,7 @@ impl Build<'_, '_> {
                 }
             }
         };
-        self.report
-            .warning(entity.span, "subsurface scattering is not rendered yet")
-            .hint("a diffuse surface stands in for it");
+        // What stands in for it is said by the compiler, which makes it.
         Some(MaterialKind::Subsurface {
             profile,
             scale: p.float("scale", 1.0, self.report),

@@ -203,6 +203,12 @@ impl Build<'_, '_> {
                 ("octahedralsphere", WrapMode::Mirror),
             ],
         );
+        if wrap == WrapMode::Mirror {
+            let at = p.span_of("wrap").unwrap_or(entity.span);
+            self.report
+                .warning(at, "wrap \"octahedralsphere\" is not supported")
+                .hint("the image is mirrored beyond its borders");
+        }
         let max_anisotropy = p.float("maxanisotropy", 8.0, self.report);
         let scale = p.float("scale", 1.0, self.report);
         let invert = p.boolean("invert", false, self.report);
