@@ -48,27 +48,28 @@ impl RaySpace {
     #[inline(always)]
     pub(crate) fn new(o: Vec3, d: Vec3, time: f32, bounds: &Bounds) -> Option<Self> {
         let (a, mut d) = (o.to_array(), d.to_array());
-        if !(o.is_finite() && d.iter().all(|x| x.is_finite())) {
+        let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
+        // Zero times what is not finite is not a number.
+        if !((a[0] + a[1] + a[2] + x + y + z) * 0.0 == 0.0) {
             return None;
         }
-        let (mut inv, mut o_far, mut near) = ([0.0; 3], a, [0; 3]);
-        for i in 0..3 {
-            if d[i].abs() < TINY_DIR {
-                d[i] = 0.0;
-                inv[i] = HUGE_INV;
-                o_far[i] = a[i] - (a[i].abs() * (2.0 * f32::EPSILON)).max(1e-18);
-            } else {
-                inv[i] = 1.0 / d[i];
-                near[i] = usize::from(d[i] < 0.0);
+        let mut inv = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
+        let mut near = [usize::from(d[0] < 0.0), usize::from(d[1] < 0.0), usize::from(d[2] < 0.0)];
+        let mut o_far = a;
+        if min(min(x, y), z) < TINY_DIR {
+            for (i, size) in [x, y, z].into_iter().enumerate() {
+                if size < TINY_DIR {
+                    (d[i], inv[i], near[i]) = (0.0, HUGE_INV, 0);
+                    o_far[i] = a[i] - (a[i].abs() * (2.0 * f32::EPSILON)).max(1e-18);
+                }
             }
         }
-        let (x, y, z) = (d[0].abs(), d[1].abs(), d[2].abs());
-        let k = match (x > y, x > z, y > z) {
-            (true, true, _) => [1, 2, 0],
-            (false, _, true) => [2, 0, 1],
-            (true, false, _) | (false, _, false) => [0, 1, 2],
-        };
-        if d[k[2]] == 0.0 {
+        // The fastest axis and, in turn, the next two: (0 → 1, 2), (1 → 2, 0), (2 → 0, 1).
+        let fast = if y > x { 1 } else { 0 };
+        let fast = if z > max(y, x) { 2 } else { fast };
+        let next = (0b00_10_01 >> (2 * fast)) & 3;
+        let k = [next, 3 - next - fast, fast];
+        if d[fast] == 0.0 {
             return None;
         }
         let reach = (bounds.min[k[2]] - a[k[2]]).abs().max((bounds.max[k[2]] - a[k[2]]).abs());

@@ -20,6 +20,12 @@ pub(crate) struct RaySet {
     pub(crate) rays: Vec<Ray>,
 }
 
+impl RaySet {
+    pub(crate) fn chunks(&self) -> usize {
+        self.rays.len().div_ceil(crate::CHUNK)
+    }
+}
+
 fn unit(i: u64, dimension: u64) -> f32 {
     math::hash::unit_f32((math::hash::combine(math::hash::mix64(i), dimension) >> 32) as u32)
 }

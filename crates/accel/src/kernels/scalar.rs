@@ -61,5 +61,8 @@ pub(super) fn trace<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F
 where
     F: FnMut(&Hit) -> bool,
 {
+    if accel.placed.is_empty() {
+        return traverse::trace_world::<Plain, ANY, F>(accel, ray, filter);
+    }
     traverse::trace::<Plain, ANY, F>(accel, ray, filter)
 }

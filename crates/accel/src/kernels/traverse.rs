@@ -7,7 +7,7 @@
 use std::marker::PhantomData;
 use std::mem::MaybeUninit;
 
-use math::{Ray, Vec3};
+use math::Ray;
 
 use super::lanes::Lanes;
 use crate::accel::Accel;
@@ -28,6 +28,10 @@ struct SlabRay<L> {
     inv: [L; 3],
     near: [usize; 3],
     pad: L,
+    /// For triangles: the axes, the origin along each, and the shear.
+    k: [usize; 3],
+    o_k: [L; 3],
+    shear: [L; 2],
 }
 
 #[inline(always)]
@@ -46,6 +50,9 @@ impl<L: Lanes> SlabRay<L> {
             inv: splat3(r.inv),
             near: r.near,
             pad: L::splat(r.pad),
+            k: r.k,
+            o_k: splat3([r.o[r.k[0]], r.o[r.k[1]], r.o[r.k[2]]]),
+            shear: [L::splat(r.shear[0]), L::splat(r.shear[1])],
         }
     }
 
@@ -93,11 +100,13 @@ struct Candidates {
 
 /// A corner of all triangles, seen along the ray.
 #[inline(always)]
-fn sheared<L: Lanes>(ray: &RaySpace, corner: &[[f32; WIDTH]; 3]) -> [L; 2] {
+fn sheared<L: Lanes>(ray: &SlabRay<L>, corner: &[[f32; WIDTH]; 3]) -> [L; 2] {
     let [kx, ky, kz] = ray.k;
-    let z = L::load(&corner[kz]).sub(L::splat(ray.o[kz]));
-    let x = L::load(&corner[kx]).sub(L::splat(ray.o[kx])).sub(L::splat(ray.shear[0]).mul(z));
-    let y = L::load(&corner[ky]).sub(L::splat(ray.o[ky])).sub(L::splat(ray.shear[1]).mul(z));
+    // SAFETY: `k` is a permutation of 0, 1, 2, see `RaySpace`.
+    let (x, y, z) = unsafe { (corner.get_unchecked(kx), corner.get_unchecked(ky), corner.get_unchecked(kz)) };
+    let z = L::load(z).sub(ray.o_k[2]);
+    let x = L::load(x).sub(ray.o_k[0]).sub(ray.shear[0].mul(z));
+    let y = L::load(y).sub(ray.o_k[1]).sub(ray.shear[1].mul(z));
     [x, y]
 }
 
@@ -108,14 +117,8 @@ fn cross<L: Lanes>(p: [L; 2], q: [L; 2]) -> L {
 
 /// Lanes whose triangle the ray's line may pass through, and whose box it meets before `t_max`.
 #[inline(always)]
-fn block_candidates<L: Lanes>(
-    ray: &RaySpace,
-    slab: &SlabRay<L>,
-    block: &TriBlock,
-    t_max: f32,
-) -> Option<Candidates> {
-    let (a, b, c) =
-        (sheared::<L>(ray, &block.v[0]), sheared::<L>(ray, &block.v[1]), sheared::<L>(ray, &block.v[2]));
+fn block_candidates<L: Lanes>(slab: &SlabRay<L>, block: &TriBlock, t_max: f32) -> Option<Candidates> {
+    let (a, b, c) = (sheared(slab, &block.v[0]), sheared(slab, &block.v[1]), sheared(slab, &block.v[2]));
     let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
     let zero = L::splat(0.0);
     let mask = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
@@ -140,6 +143,108 @@ trait AtLeaf {
     fn visit(&mut self, leaf: ChildRef, best: &mut Best);
 }
 
+/// A stack of keys: the entry distance in the upper half, the child in the lower.
+struct Stack<'a> {
+    // A reference: kept by value, the compiler fills the array with zeros.
+    keys: &'a mut MaybeUninit<[u64; STACK]>,
+    height: usize,
+}
+
+impl Stack<'_> {
+    /// The place `i`, which must be below [`STACK`].
+    #[inline(always)]
+    fn at(&mut self, i: usize) -> *mut u64 {
+        self.keys.as_mut_ptr().cast::<u64>().wrapping_add(i)
+    }
+
+    #[inline(always)]
+    fn push(&mut self, key: u64) {
+        debug_assert!(self.height < STACK);
+        // SAFETY: a tree is at most `MAX_DEPTH` deep (its builder sees to it), a node leaves at most seven keys behind
+        // on the way down and pushes eight at once, so `height < STACK`.
+        unsafe { self.at(self.height).write(key) };
+        self.height += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<u64> {
+        if self.height == 0 {
+            return None;
+        }
+        self.height -= 1;
+        // SAFETY: every place below the old `height` was written by `push`.
+        Some(unsafe { self.at(self.height).read() })
+    }
+
+    /// Orders the keys from `base` on, greatest first.
+    #[inline(always)]
+    fn sort_from(&mut self, base: usize) {
+        for i in base + 1..self.height {
+            // SAFETY: `base ≤ j ≤ i < height`, and every place below `height` was written by `push`.
+            unsafe {
+                let key = self.at(i).read();
+                let mut j = i;
+                while j > base && self.at(j - 1).read() < key {
+                    self.at(j).write(self.at(j - 1).read());
+                    j -= 1;
+                }
+                self.at(j).write(key);
+            }
+        }
+    }
+}
+
+/// The children that a node test left over.
+struct Met<'a> {
+    mask: u32,
+    entry: [f32; WIDTH],
+    node: &'a Node8,
+}
+
+impl Met<'_> {
+    /// Takes the next one out.
+    #[inline(always)]
+    fn next(&mut self) -> u64 {
+        let lane = self.mask.trailing_zeros() as usize & (WIDTH - 1);
+        self.mask &= self.mask.wrapping_sub(1);
+        u64::from(self.entry[lane].to_bits()) << 32 | u64::from(self.node.children[lane].0)
+    }
+}
+
+/// The nearest of the children that were met; the others go onto the stack, farthest first.
+#[inline(always)]
+fn nearest_first(mut met: Met<'_>, stack: &mut Stack<'_>) -> ChildRef {
+    let a = met.next();
+    if met.mask == 0 {
+        return ChildRef(a as u32);
+    }
+    let b = met.next();
+    let (near, far) = if a < b { (a, b) } else { (b, a) };
+    if met.mask == 0 {
+        stack.push(far);
+        return ChildRef(near as u32);
+    }
+    let c = met.next();
+    if met.mask == 0 {
+        // near < far are in order; place c.
+        let (middle, last) = if c < far { (c, far) } else { (far, c) };
+        let (first, middle) = if middle < near { (middle, near) } else { (near, middle) };
+        stack.push(last);
+        stack.push(middle);
+        return ChildRef(first as u32);
+    }
+    let base = stack.height;
+    stack.push(far);
+    stack.push(near);
+    stack.push(c);
+    while met.mask != 0 {
+        let key = met.next();
+        stack.push(key);
+    }
+    stack.sort_from(base);
+    ChildRef(stack.pop().unwrap_or_default() as u32)
+}
+
 /// Visits the leaves that the ray meets, until the tree is exhausted or (`ANY`) something is found.
 #[inline(always)]
 fn leaves<L: Lanes, const ANY: bool>(
@@ -148,47 +253,37 @@ fn leaves<L: Lanes, const ANY: bool>(
     best: &mut Best,
     at: &mut impl AtLeaf,
 ) {
-    let mut stack = [MaybeUninit::<u64>::uninit(); STACK];
-    let mut height = 0;
-    let mut now = tree.root;
-    if now == ChildRef::EMPTY {
+    if tree.root == ChildRef::EMPTY {
         return;
     }
+    let mut keys = MaybeUninit::uninit();
+    let mut stack = Stack { keys: &mut keys, height: 0 };
+    let mut now = tree.root;
     loop {
-        if now.is_node() {
-            let node = &tree.nodes[now.index()];
+        while now.is_node() {
+            // SAFETY: the references in a tree are to its own nodes, as `build::collapse` writes them.
+            let node = unsafe { tree.nodes.get_unchecked(now.index()) };
             let (mut mask, entry) = slab.node(node, best.t);
-            if mask != 0 {
-                let mut distance = [0.0; WIDTH];
-                if !ANY {
-                    entry.store(&mut distance);
-                }
-                let base = height;
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize;
-                    mask &= mask - 1;
-                    let mut key = u64::from(node.children[lane].0);
-                    if !ANY {
-                        key |= u64::from(distance[lane].to_bits()) << 32;
-                    }
-                    // Insert: farthest at the bottom.
-                    let mut place = height;
-                    if !ANY {
-                        while place > base {
-                            // SAFETY: entries below `height` were written.
-                            let below = unsafe { stack[place - 1].assume_init() };
-                            if below >= key {
-                                break;
-                            }
-                            stack[place].write(below);
-                            place -= 1;
-                        }
-                    }
-                    stack[place].write(key);
-                    height += 1;
-                }
+            if mask == 0 {
+                now = ChildRef::EMPTY;
+                break;
             }
-        } else {
+            if ANY {
+                // In the order of the slots: the last, which is the biggest, comes first.
+                let last = 31 - mask.leading_zeros();
+                mask ^= 1 << last;
+                while mask != 0 {
+                    stack.push(u64::from(node.children[mask.trailing_zeros() as usize & (WIDTH - 1)].0));
+                    mask &= mask - 1;
+                }
+                now = node.children[last as usize & (WIDTH - 1)];
+            } else {
+                let mut met = Met { mask, entry: [0.0; WIDTH], node };
+                entry.store(&mut met.entry);
+                now = nearest_first(met, &mut stack);
+            }
+        }
+        if now != ChildRef::EMPTY {
             at.visit(now, best);
             if ANY && best.found {
                 return;
@@ -196,12 +291,7 @@ fn leaves<L: Lanes, const ANY: bool>(
         }
         // The next that is not behind the best hit.
         loop {
-            if height == 0 {
-                return;
-            }
-            height -= 1;
-            // SAFETY: entries below the old `height` were written.
-            let key = unsafe { stack[height].assume_init() };
+            let Some(key) = stack.pop() else { return };
             if ANY || f32::from_bits((key >> 32) as u32) <= best.t {
                 now = ChildRef(key as u32);
                 break;
@@ -248,7 +338,7 @@ impl Visit<'_> {
         best: &mut Best,
         filter: &mut F,
     ) {
-        let Some(c) = block_candidates(self.ray, slab, block, best.t) else { return };
+        let Some(c) = block_candidates(slab, block, best.t) else { return };
         let mut mask = c.mask;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
@@ -306,39 +396,38 @@ impl<L: Lanes, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, L, F> {
     }
 }
 
+/// The nearest hit on static geometry, or any if `ANY`.
+#[inline(always)]
+pub(super) fn trace_world<L: Lanes, const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
+where
+    F: FnMut(&Hit) -> bool,
+{
+    let mut best = Best::nothing(ray.t_max);
+    if ray.t_max > 0.0
+        && let Some(local) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.world.bounds)
+    {
+        let visit = Visit { blas: &accel.world, ray: &local, instance: NO_INSTANCE, entry: 0.0 };
+        visit.run::<L, ANY, F>(&mut best, filter);
+    }
+    best
+}
+
 /// The nearest hit, or any if `ANY`.
 #[inline(always)]
 pub(super) fn trace<L: Lanes, const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
 where
     F: FnMut(&Hit) -> bool,
 {
-    let mut best = Best::nothing(ray.t_max);
-    if !(ray.t_max > 0.0) {
+    let mut best = trace_world::<L, ANY, F>(accel, ray, filter);
+    if (ANY && best.found) || !(ray.t_max > 0.0) {
         return best;
     }
-    let (o, d): (Vec3, Vec3) = (ray.origin.0, ray.dir.0);
-    if let Some(local) = RaySpace::new(o, d, ray.time, &accel.world.bounds) {
-        let visit = Visit { blas: &accel.world, ray: &local, instance: NO_INSTANCE, entry: 0.0 };
-        visit.run::<L, ANY, F>(&mut best, filter);
-        if accel.placed.is_empty() || (ANY && best.found) {
-            return best;
-        }
+    if let Some(outer) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.top_bounds) {
+        let slab = SlabRay::<L>::new(&outer);
+        let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &outer, filter, lanes: PhantomData };
+        leaves::<L, ANY>(&accel.top, &slab, &mut best, &mut at);
     }
-    instances::<L, ANY, F>(accel, ray, &mut best, filter);
     best
-}
-
-#[inline(always)]
-fn instances<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(
-    accel: &Accel,
-    ray: &Ray,
-    best: &mut Best,
-    filter: &mut F,
-) {
-    let Some(outer) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.top_bounds) else { return };
-    let slab = SlabRay::<L>::new(&outer);
-    let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &outer, filter, lanes: PhantomData };
-    leaves::<L, ANY>(&accel.top, &slab, best, &mut at);
 }
 
 /// At the instances.

@@ -91,6 +91,14 @@ where
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, F>(accel, ray, filter)
     }
+    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
+        traverse::trace_world::<Avx, ANY, F>(accel, ray, filter)
+    }
+    if accel.placed.is_empty() {
+        // SAFETY: an `Accel` names this kernel only after `has_avx2`.
+        return unsafe { world::<ANY, F>(accel, ray, filter) };
+    }
     // SAFETY: an `Accel` names this kernel only after `has_avx2`.
     unsafe { kernel::<ANY, F>(accel, ray, filter) }
 }
@@ -102,6 +110,14 @@ where
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, F>(accel, ray, filter)
+    }
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
+        traverse::trace_world::<Avx, ANY, F>(accel, ray, filter)
+    }
+    if accel.placed.is_empty() {
+        // SAFETY: an `Accel` names this kernel only after `has_avx512`.
+        return unsafe { world::<ANY, F>(accel, ray, filter) };
     }
     // SAFETY: an `Accel` names this kernel only after `has_avx512`.
     unsafe { kernel::<ANY, F>(accel, ray, filter) }
