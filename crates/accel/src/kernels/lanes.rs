@@ -6,11 +6,12 @@ pub(super) trait Lanes: Copy {
     fn splat(x: f32) -> Self;
     fn load(a: &[f32; 8]) -> Self;
     fn store(self, a: &mut [f32; 8]);
-    fn add(self, b: Self) -> Self;
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
     fn min(self, b: Self) -> Self;
     fn max(self, b: Self) -> Self;
     /// Bit `i` is set where lane `i` of `self` is at most that of `b`.
     fn le(self, b: Self) -> u32;
+    /// `other` in lanes where the sign bit of `sign` is set, else `self`.
+    fn or_if_negative(self, other: Self, sign: Self) -> Self;
 }

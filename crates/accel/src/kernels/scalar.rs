@@ -32,10 +32,6 @@ impl Lanes for Plain {
         *a = self.0;
     }
     #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self.zip(b, |x, y| x + y)
-    }
-    #[inline(always)]
     fn sub(self, b: Self) -> Self {
         self.zip(b, |x, y| x - y)
     }
@@ -50,6 +46,10 @@ impl Lanes for Plain {
     #[inline(always)]
     fn max(self, b: Self) -> Self {
         self.zip(b, ray_space::max)
+    }
+    #[inline(always)]
+    fn or_if_negative(self, other: Self, sign: Self) -> Self {
+        Self(std::array::from_fn(|i| if sign.0[i].is_sign_negative() { other.0[i] } else { self.0[i] }))
     }
     #[inline(always)]
     fn le(self, b: Self) -> u32 {

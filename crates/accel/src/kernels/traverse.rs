@@ -15,19 +15,19 @@ use crate::blas::Blas;
 use crate::hit::{Best, Hit, NO_INSTANCE};
 use crate::layout::{ChildRef, FILTER_BIT, Node8, TriBlock, WIDTH, WideTree};
 use crate::primitive::triangle;
-use crate::ray_space::{EXIT_SCALE, RaySpace};
+use crate::ray_space::RaySpace;
 
 /// Wide nodes on a way down that the stack has room for.
 pub(crate) const MAX_DEPTH: usize = 64;
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + WIDTH + 1;
 
-/// A ray in registers, for boxes.
-struct SlabRay<L> {
+/// A ray in registers.
+struct WideRay<L> {
     o: [L; 3],
-    o_far: [L; 3],
     inv: [L; 3],
+    o_far: [L; 3],
+    inv_far: [L; 3],
     near: [usize; 3],
-    pad: L,
     /// For triangles: the axes, the origin along each, and the shear.
     k: [usize; 3],
     o_k: [L; 3],
@@ -41,15 +41,15 @@ fn splat3<L: Lanes>(v: [f32; 3]) -> [L; 3] {
 
 // No closures on lanes here: a closure is a function without the kernel's target features, and what is not inlined
 // into the kernel falls back to calls.
-impl<L: Lanes> SlabRay<L> {
+impl<L: Lanes> WideRay<L> {
     #[inline(always)]
     fn new(r: &RaySpace) -> Self {
         Self {
             o: splat3(r.o),
-            o_far: splat3(r.o_far),
             inv: splat3(r.inv),
+            o_far: splat3(r.o_far),
+            inv_far: splat3(r.inv_far),
             near: r.near,
-            pad: L::splat(r.pad),
             k: r.k,
             o_k: splat3([r.o[r.k[0]], r.o[r.k[1]], r.o[r.k[2]]]),
             shear: [L::splat(r.shear[0]), L::splat(r.shear[1])],
@@ -59,15 +59,15 @@ impl<L: Lanes> SlabRay<L> {
     /// Where one axis's near and far planes are met.
     #[inline(always)]
     fn axis(&self, i: usize, near: L, far: L) -> (L, L) {
-        (near.sub(self.o[i]).mul(self.inv[i]), far.sub(self.o_far[i]).mul(self.inv[i]))
+        (near.sub(self.o[i]).mul(self.inv[i]), far.sub(self.o_far[i]).mul(self.inv_far[i]))
     }
 
     /// The boxes met before `t_max`, their entries and exits. The operations of [`RaySpace::slab`].
     #[inline(always)]
-    fn meet(&self, x: (L, L), y: (L, L), z: (L, L), t_max: f32) -> (u32, L, L) {
-        let entry = x.0.max(y.0).max(z.0).max(L::splat(0.0));
-        let exit = x.1.min(y.1).min(z.1).mul(L::splat(EXIT_SCALE)).add(self.pad);
-        (entry.le(exit.min(L::splat(t_max))), entry, exit)
+    fn meet(x: (L, L), y: (L, L), z: (L, L), t_max: f32) -> (u32, L, L) {
+        let entry = x.0.max(y.0).max(z.0.max(L::splat(0.0)));
+        let (a, b) = (x.1.min(y.1), z.1);
+        (entry.le(a.min(b.min(L::splat(t_max)))), entry, a.min(b))
     }
 
     #[inline(always)]
@@ -79,7 +79,7 @@ impl<L: Lanes> SlabRay<L> {
     #[inline(always)]
     fn node(&self, node: &Node8, t_max: f32) -> (u32, L) {
         let (x, y, z) = (self.node_axis(0, node), self.node_axis(1, node), self.node_axis(2, node));
-        let (mask, entry, _) = self.meet(x, y, z, t_max);
+        let (mask, entry, _) = Self::meet(x, y, z, t_max);
         (mask, entry)
     }
 
@@ -87,7 +87,7 @@ impl<L: Lanes> SlabRay<L> {
     fn block_axis(&self, i: usize, block: &TriBlock) -> (L, L) {
         let (a, b, c) = (L::load(&block.v[0][i]), L::load(&block.v[1][i]), L::load(&block.v[2][i]));
         let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-        if self.near[i] == 0 { self.axis(i, lower, upper) } else { self.axis(i, upper, lower) }
+        self.axis(i, lower.or_if_negative(upper, self.inv[i]), upper.or_if_negative(lower, self.inv[i]))
     }
 }
 
@@ -100,7 +100,7 @@ struct Candidates {
 
 /// A corner of all triangles, seen along the ray.
 #[inline(always)]
-fn sheared<L: Lanes>(ray: &SlabRay<L>, corner: &[[f32; WIDTH]; 3]) -> [L; 2] {
+fn sheared<L: Lanes>(ray: &WideRay<L>, corner: &[[f32; WIDTH]; 3]) -> [L; 2] {
     let [kx, ky, kz] = ray.k;
     // SAFETY: `k` is a permutation of 0, 1, 2, see `RaySpace`.
     let (x, y, z) = unsafe { (corner.get_unchecked(kx), corner.get_unchecked(ky), corner.get_unchecked(kz)) };
@@ -117,8 +117,8 @@ fn cross<L: Lanes>(p: [L; 2], q: [L; 2]) -> L {
 
 /// Lanes whose triangle the ray's line may pass through, and whose box it meets before `t_max`.
 #[inline(always)]
-fn block_candidates<L: Lanes>(slab: &SlabRay<L>, block: &TriBlock, t_max: f32) -> Option<Candidates> {
-    let (a, b, c) = (sheared(slab, &block.v[0]), sheared(slab, &block.v[1]), sheared(slab, &block.v[2]));
+fn block_candidates<L: Lanes>(wide: &WideRay<L>, block: &TriBlock, t_max: f32) -> Option<Candidates> {
+    let (a, b, c) = (sheared(wide, &block.v[0]), sheared(wide, &block.v[1]), sheared(wide, &block.v[2]));
     let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
     let zero = L::splat(0.0);
     let mask = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
@@ -126,8 +126,8 @@ fn block_candidates<L: Lanes>(slab: &SlabRay<L>, block: &TriBlock, t_max: f32) -
         return None;
     }
 
-    let (x, y, z) = (slab.block_axis(0, block), slab.block_axis(1, block), slab.block_axis(2, block));
-    let (met, entry, exit) = slab.meet(x, y, z, t_max);
+    let (x, y, z) = (wide.block_axis(0, block), wide.block_axis(1, block), wide.block_axis(2, block));
+    let (met, entry, exit) = WideRay::meet(x, y, z, t_max);
     let mask = mask & met;
     if mask == 0 {
         return None;
@@ -249,7 +249,7 @@ fn nearest_first(mut met: Met<'_>, stack: &mut Stack<'_>) -> ChildRef {
 #[inline(always)]
 fn leaves<L: Lanes, const ANY: bool>(
     tree: &WideTree,
-    slab: &SlabRay<L>,
+    wide: &WideRay<L>,
     best: &mut Best,
     at: &mut impl AtLeaf,
 ) {
@@ -263,7 +263,7 @@ fn leaves<L: Lanes, const ANY: bool>(
         while now.is_node() {
             // SAFETY: the references in a tree are to its own nodes, as `build::collapse` writes them.
             let node = unsafe { tree.nodes.get_unchecked(now.index()) };
-            let (mut mask, entry) = slab.node(node, best.t);
+            let (mut mask, entry) = wide.node(node, best.t);
             if mask == 0 {
                 now = ChildRef::EMPTY;
                 break;
@@ -333,12 +333,12 @@ impl Visit<'_> {
     #[inline(always)]
     fn block<L: Lanes, F: FnMut(&Hit) -> bool>(
         &self,
-        slab: &SlabRay<L>,
+        wide: &WideRay<L>,
         block: &TriBlock,
         best: &mut Best,
         filter: &mut F,
     ) {
-        let Some(c) = block_candidates(slab, block, best.t) else { return };
+        let Some(c) = block_candidates(wide, block, best.t) else { return };
         let mut mask = c.mask;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;
@@ -368,15 +368,15 @@ impl Visit<'_> {
 
     #[inline(always)]
     fn run<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(&self, best: &mut Best, filter: &mut F) {
-        let slab = SlabRay::<L>::new(self.ray);
-        leaves::<L, ANY>(&self.blas.tree, &slab, best, &mut BlasLeaf { visit: self, slab: &slab, filter });
+        let wide = WideRay::<L>::new(self.ray);
+        leaves::<L, ANY>(&self.blas.tree, &wide, best, &mut BlasLeaf { visit: self, wide: &wide, filter });
     }
 }
 
 /// At the leaves of one structure.
 struct BlasLeaf<'a, L, F> {
     visit: &'a Visit<'a>,
-    slab: &'a SlabRay<L>,
+    wide: &'a WideRay<L>,
     filter: &'a mut F,
 }
 
@@ -385,12 +385,12 @@ impl<L: Lanes, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, L, F> {
     fn visit(&mut self, leaf: ChildRef, best: &mut Best) {
         let blas = self.visit.blas;
         if leaf.is_block() {
-            self.visit.block(self.slab, &blas.blocks[leaf.index()], best, self.filter);
+            self.visit.block(self.wide, &blas.blocks[leaf.index()], best, self.filter);
             return;
         }
         let mixed = blas.mixed[leaf.index()];
         if mixed.block != ChildRef::EMPTY {
-            self.visit.block(self.slab, &blas.blocks[mixed.block.index()], best, self.filter);
+            self.visit.block(self.wide, &blas.blocks[mixed.block.index()], best, self.filter);
         }
         self.visit.others(mixed.first as usize..(mixed.first + mixed.count) as usize, best, self.filter);
     }
@@ -423,9 +423,9 @@ where
         return best;
     }
     if let Some(outer) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.top_bounds) {
-        let slab = SlabRay::<L>::new(&outer);
+        let wide = WideRay::<L>::new(&outer);
         let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &outer, filter, lanes: PhantomData };
-        leaves::<L, ANY>(&accel.top, &slab, &mut best, &mut at);
+        leaves::<L, ANY>(&accel.top, &wide, &mut best, &mut at);
     }
     best
 }

@@ -4,7 +4,7 @@
 #![allow(unsafe_code, reason = "intrinsics; see each SAFETY note")]
 
 use std::arch::x86_64::{
-    __m256, _CMP_LE_OQ, _mm256_add_ps, _mm256_cmp_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    __m256, _CMP_LE_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
 };
 
@@ -52,11 +52,6 @@ impl Lanes for Avx {
         unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        // SAFETY: AVX2 was detected, see the type.
-        Self(unsafe { _mm256_add_ps(self.0, b.0) })
-    }
-    #[inline(always)]
     fn sub(self, b: Self) -> Self {
         // SAFETY: AVX2 was detected, see the type.
         Self(unsafe { _mm256_sub_ps(self.0, b.0) })
@@ -75,6 +70,11 @@ impl Lanes for Avx {
     fn max(self, b: Self) -> Self {
         // SAFETY: AVX2 was detected, see the type.
         Self(unsafe { _mm256_max_ps(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn or_if_negative(self, other: Self, sign: Self) -> Self {
+        // SAFETY: AVX2 was detected, see the type.
+        Self(unsafe { _mm256_blendv_ps(self.0, other.0, sign.0) })
     }
     #[inline(always)]
     fn le(self, b: Self) -> u32 {
