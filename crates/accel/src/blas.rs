@@ -148,6 +148,9 @@ impl Blas {
         let first = self.first_items[index as usize];
         let tag = if geometry.needs_filter { FILTER_BIT } else { 0 };
         let mut put = |others: &mut Vec<Other>, item: u32, bounds: Bounds, primitive: Primitive| {
+            if !(bounds.min.abs().max(bounds.max.abs()).max_element() < 1e18) {
+                return;
+            }
             others.push(Other { bounds, tagged: item | tag, primitive });
             items.push(Item::new(&bounds, item, index));
         };

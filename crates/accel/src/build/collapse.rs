@@ -24,6 +24,13 @@ pub(crate) struct Plan {
     left: [u8; WIDTH],
 }
 
+impl Plan {
+    /// The cost of the whole subtree, times its area.
+    pub(crate) fn total(&self) -> f32 {
+        self.cost[0]
+    }
+}
+
 /// The best plans for all subtrees.
 pub(crate) fn plan(nodes: &[BinaryNode], cost: &LeafCost) -> Vec<Plan> {
     let mut plans = vec![Plan { cost: [0.0; WIDTH - 1], left: [0; WIDTH] }; nodes.len()];

@@ -2,9 +2,13 @@
 
 mod binary;
 mod collapse;
+mod ploc;
 mod sah;
 
 pub(crate) use binary::Item;
+
+use binary::BinaryNode;
+use collapse::Plan;
 
 use crate::layout::{ChildRef, WideTree};
 
@@ -14,16 +18,20 @@ const MAX_DEPTH: usize = crate::kernels::MAX_DEPTH;
 /// How the binary tree is made. All give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TreeKind {
-    /// Top down, by the surface area heuristic over 32 bins [Wald2007].
+    /// Both of the next two; the one with the lower cost is kept.
     #[default]
+    Best,
+    /// Top down, by the surface area heuristic over 32 bins [Wald2007].
     BinnedSah,
+    /// Bottom up, by merging neighbours [Meister2018].
+    Ploc,
     /// Halves of equal number: quick and shallow, but slow to trace.
     Halves,
 }
 
 impl TreeKind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::BinnedSah, Self::Halves];
+    pub const ALL: [Self; 4] = [Self::Best, Self::BinnedSah, Self::Ploc, Self::Halves];
 }
 
 /// How to build.
@@ -54,17 +62,45 @@ pub(crate) fn build(
     if items.is_empty() {
         return WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 };
     }
-    let nodes = match options.tree {
-        TreeKind::BinnedSah => sah::build(items, sah::Split::Binned),
-        TreeKind::Halves => sah::build(items, sah::Split::Halves),
+    let plan = match options.tree {
+        TreeKind::BinnedSah => Planned::new(sah::build(items, sah::Split::Binned), cost),
+        TreeKind::Ploc => Planned::new(ploc::build(items), cost),
+        TreeKind::Halves => Planned::new(sah::build(items, sah::Split::Halves), cost),
+        TreeKind::Best => {
+            let mut others = items.to_vec();
+            let (a, b) = rayon::join(
+                || Planned::new(sah::build(items, sah::Split::Binned), cost),
+                || Planned::new(ploc::build(&mut others), cost),
+            );
+            if b.cost() < a.cost() {
+                items.copy_from_slice(&others);
+                b
+            } else {
+                a
+            }
+        }
     };
-    let plan = collapse::plan(&nodes, cost);
-    let plan = if collapse::depth(&nodes, &plan) <= MAX_DEPTH {
-        (nodes, plan)
+    let plan = if collapse::depth(&plan.nodes, &plan.plans) <= MAX_DEPTH {
+        plan
     } else {
-        let nodes = sah::build(items, sah::Split::Halves);
-        let plan = collapse::plan(&nodes, cost);
-        (nodes, plan)
+        Planned::new(sah::build(items, sah::Split::Halves), cost)
     };
-    collapse::emit(&plan.0, &plan.1, items, leaf)
+    collapse::emit(&plan.nodes, &plan.plans, items, leaf)
+}
+
+/// A binary tree and how to collapse it.
+struct Planned {
+    nodes: Vec<BinaryNode>,
+    plans: Vec<Plan>,
+}
+
+impl Planned {
+    fn new(nodes: Vec<BinaryNode>, cost: &LeafCost) -> Self {
+        let plans = collapse::plan(&nodes, cost);
+        Self { nodes, plans }
+    }
+
+    fn cost(&self) -> f32 {
+        self.plans[0].total()
+    }
 }
