@@ -1,0 +1,41 @@
+//! What can go wrong with a render.
+
+use std::path::PathBuf;
+
+use integrators::ParameterError;
+
+/// Why a render was not done, or its picture not saved.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No threads.
+    #[error("cannot start {n} threads: {message}")]
+    Threads {
+        /// How many were asked for.
+        n: usize,
+        /// What the system says.
+        message: String,
+    },
+    /// The film.
+    #[error(transparent)]
+    Film(#[from] film::Error),
+    /// The integrator's name or one of its parameters.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A file that shall be written cannot be.
+    #[error("cannot write {}: {reason}", path.display())]
+    Output {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A checkpoint that does not fit.
+    #[error("{} cannot be resumed: {reason}", path.display())]
+    Resume {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+}

@@ -1,0 +1,153 @@
+//! The watch: the thread that renders nothing, and looks at the clock, the person and the checkpoint.
+
+use std::sync::{MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::Error;
+use crate::events::{Event, Progress, Urgency};
+use crate::run::{Control, RunReport, Shared, State};
+use crate::stop::Stop;
+
+/// How often it looks.
+const TICK: Duration = Duration::from_millis(50);
+/// How often it tells.
+const TELL: Duration = Duration::from_millis(100);
+
+pub(crate) struct Watch<'a, 'c> {
+    shared: &'a Shared<'a>,
+    control: Control<'c>,
+    /// How many passes there will be, if that is known.
+    of_passes: Option<u32>,
+    limit: Option<Duration>,
+    /// Passes without which the run does not end, unless it must.
+    at_least: u32,
+    start: Instant,
+    told: Option<Instant>,
+    saved: Instant,
+    cancelled: Urgency,
+}
+
+impl<'a, 'c> Watch<'a, 'c> {
+    pub(crate) fn new(shared: &'a Shared<'a>, stop: &Stop, control: Control<'c>) -> Self {
+        let n = shared.list.len();
+        let (of_passes, limit) = match stop {
+            Stop::Passes(_) => (Some(n), None),
+            Stop::Time(limit) => (None, Some(*limit)),
+        };
+        let at_least = u32::from(shared.film.passes().is_empty());
+        let start = Instant::now();
+        let cancelled = Urgency::None;
+        Self { shared, control, of_passes, limit, at_least, start, told: None, saved: start, cancelled }
+    }
+
+    /// Looks and tells until all is done.
+    pub(crate) fn until_done(mut self) -> Result<RunReport, Error> {
+        let mut state = self.shared.lock();
+        while !state.is_over() {
+            let wait = self.limit.map_or(TICK, |limit| limit.saturating_sub(self.start.elapsed()).min(TICK));
+            let wait = wait.max(Duration::from_millis(1));
+            state = self.shared.news.wait_timeout(state, wait).unwrap_or_else(PoisonError::into_inner).0;
+            self.look(&mut state);
+            if self.is_time_to_tell() {
+                let progress = self.progress(&state);
+                drop(state);
+                (self.control.on_event)(Event::Progress(&progress));
+                state = self.shared.lock();
+            }
+            if self.is_time_to_save(&state) {
+                state = self.save(state)?;
+            }
+        }
+        self.end(state)
+    }
+
+    /// Has the person or the clock something to say?
+    fn look(&mut self, state: &mut State) {
+        let urgency = self.control.cancel.urgency();
+        if urgency > self.cancelled {
+            match urgency {
+                Urgency::None => {}
+                Urgency::Soon => state.schedule.stop(self.at_least),
+                Urgency::Now => state.schedule.abort(),
+            }
+            self.cancelled = urgency;
+            self.shared.work.notify_all();
+        }
+        if self.limit.is_some_and(|limit| self.start.elapsed() >= limit) {
+            state.schedule.stop(self.at_least);
+            self.limit = None;
+            self.of_passes = Some(state.schedule.end());
+            self.shared.work.notify_all();
+        }
+    }
+
+    fn is_time_to_tell(&mut self) -> bool {
+        let now = Instant::now();
+        let due = self.told.is_none_or(|told| now - told >= TELL);
+        if due {
+            self.told = Some(now);
+        }
+        due
+    }
+
+    fn progress(&self, state: &State) -> Progress {
+        let elapsed = self.start.elapsed();
+        let so_far = state.schedule.passes_so_far();
+        let fraction = match (self.limit, self.of_passes) {
+            (Some(limit), _) => elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9),
+            (None, Some(n)) => so_far / f64::from(n.max(1)),
+            (None, None) => 0.0,
+        };
+        let fraction = fraction.clamp(0.0, 1.0);
+        let remaining = match self.limit {
+            Some(limit) => Some(limit.saturating_sub(elapsed)),
+            None if fraction > 0.0 => {
+                Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - fraction) / fraction).ok()
+            }
+            None => None,
+        };
+        let of_passes = self.of_passes;
+        let (passes, counters) = (state.schedule.folded(), state.schedule.counters_so_far());
+        Progress { passes, of_passes, fraction, elapsed, remaining, counters }
+    }
+
+    fn is_time_to_save(&self, state: &State) -> bool {
+        let due = |every: Duration| self.saved.elapsed() >= every;
+        !state.is_over() && self.control.checkpoint.as_ref().is_some_and(|c| due(c.every))
+    }
+
+    /// Waits until the film holds whole passes only, saves it while the workers go on with cells, and lets them fold again.
+    fn save(&mut self, mut state: MutexGuard<'a, State>) -> Result<MutexGuard<'a, State>, Error> {
+        while !state.schedule.hold() && !state.is_over() {
+            state = self.shared.news.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        drop(state);
+        let saved = match &mut self.control.checkpoint {
+            Some(checkpoint) if !self.shared.film.passes().is_empty() => (checkpoint.save)(self.shared.film),
+            Some(_) | None => Ok(()),
+        };
+        self.saved = Instant::now();
+
+        let mut state = self.shared.lock();
+        state.schedule.release();
+        if saved.is_err() {
+            state.schedule.abort();
+        }
+        self.shared.work.notify_all();
+        saved.map(|()| state)
+    }
+
+    fn end(self, mut state: MutexGuard<'_, State>) -> Result<RunReport, Error> {
+        if let Some(e) = state.error.take() {
+            return Err(e.into());
+        }
+        let n = state.schedule.folded();
+        let cut_short = self.cancelled > Urgency::None && self.of_passes.is_none_or(|of| n < of);
+        Ok(RunReport {
+            passes: n,
+            elapsed: self.start.elapsed(),
+            counters: state.schedule.counters(),
+            cancelled: cut_short,
+        })
+    }
+}
