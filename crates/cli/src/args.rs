@@ -1,0 +1,286 @@
+//! What can be written on the command line: the contract of the design document, section 4.
+
+use std::num::NonZero;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+use lab::Metric;
+
+/// Steradian: a physically based renderer.
+#[derive(Debug, Parser)]
+#[command(name = "steradian", version, about, max_term_width = 100, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene file to pictures
+    Render(Box<RenderArgs>),
+    /// Merge partial films of one render into a picture or a larger partial film
+    Merge(MergeArgs),
+    /// Show what is in a scene, what is unsupported, and how much memory it takes
+    Info(InfoArgs),
+    /// List the integrators: what each is for and misses, and its parameters with defaults
+    Integrators(IntegratorsArgs),
+    /// Compare a picture with a reference
+    Diff(DiffArgs),
+    /// Measure rays and paths per second on this machine
+    Bench(BenchArgs),
+    /// Walk one path again
+    Replay(ReplayArgs),
+}
+
+/// What decides which scene is compiled.
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// The scene file (.pbrt, .pbrt.gz)
+    pub(crate) scene: PathBuf,
+    /// Width and height in pixels, instead of the file's
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub(crate) resolution: Option<[u32; 2]>,
+    /// Pixels to render, first column and row, and one past the last
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    pub(crate) crop: Option<[i32; 4]>,
+    /// Render wavelengths rather than R, G, B
+    #[arg(long)]
+    pub(crate) spectral: bool,
+    /// Make every warning about the scene an error
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Give a $parameter of the scene file a value
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = key_value)]
+    pub(crate) define: Vec<(String, String)>,
+    /// Use this many threads (default: all)
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZero<usize>>,
+}
+
+/// What decides how light is transported.
+#[derive(Debug, Args)]
+pub(crate) struct MethodArgs {
+    /// Use this integrator instead of the file's; `steradian integrators` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(crate) integrator: Option<String>,
+    /// Set a parameter of the integrator, or `sampler`, or `light_selection`
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Seed of all randomness (default: the file's)
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    /// Write the picture here: .exr, .png, .hdr or .pfm; may be repeated (default: the file's name, as .exr and .png)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Samples in each pixel (default: the file's)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "stop")]
+    pub(crate) spp: Option<u32>,
+    /// Render for this long, such as 30s, 2m or 1.5h, to the last whole pass
+    #[arg(long, value_name = "TIME", value_parser = duration, group = "stop")]
+    pub(crate) time: Option<Duration>,
+    /// Render these passes only, half-open
+    #[arg(long, value_name = "A..B", value_parser = passes, group = "stop")]
+    pub(crate) passes: Option<Range<u32>>,
+    /// Write the film's exact sums here, for `steradian merge`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) partial: Option<PathBuf>,
+    /// Save what is rendered here every so often
+    #[arg(long, value_name = "FILE")]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// How often
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "30s", requires = "checkpoint")]
+    pub(crate) checkpoint_every: Duration,
+    /// Go on from the checkpoint, if it is there
+    #[arg(long, requires = "checkpoint")]
+    pub(crate) resume: bool,
+    /// Brighten pictures of eight bits by this many stops
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value_t = 0.0)]
+    pub(crate) exposure: f32,
+    /// Say nothing but warnings and errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Print one JSON object at the end
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// Partial films, as `render --partial` writes them
+    #[arg(required = true, value_name = "PARTIAL")]
+    pub(crate) partials: Vec<PathBuf>,
+    /// A picture (.exr, .png, .hdr, .pfm), or any other name for a partial film; may be repeated
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub(crate) output: Vec<PathBuf>,
+    /// Brighten pictures of eight bits by this many stops
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value_t = 0.0)]
+    pub(crate) exposure: f32,
+    /// Print one JSON object at the end
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct IntegratorsArgs {
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DiffArgs {
+    /// The picture
+    pub(crate) a: PathBuf,
+    /// The reference
+    pub(crate) b: PathBuf,
+    /// Exit with 1 if a metric is above a value; may be repeated
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = threshold)]
+    pub(crate) fail_above: Vec<(Metric, f64)>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchArgs {
+    /// The scene to measure with (default: one that is built in)
+    pub(crate) scene: Option<PathBuf>,
+    /// Use this many threads (default: all)
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZero<usize>>,
+    /// Measure each figure for this long
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "2s")]
+    pub(crate) time: Duration,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    /// The pixel that the path begins in
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_negative_numbers = true)]
+    pub(crate) pixel: [i32; 2],
+    /// The pass
+    #[arg(long, value_name = "N")]
+    pub(crate) pass: u32,
+    /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn numbers<T: std::str::FromStr, const N: usize>(s: &str, separator: char) -> Option<[T; N]> {
+    let parts: Vec<T> = s.split(separator).map(|p| p.trim().parse().ok()).collect::<Option<_>>()?;
+    parts.try_into().ok()
+}
+
+fn resolution(s: &str) -> Result<[u32; 2], String> {
+    numbers(s, 'x').filter(|r: &[u32; 2]| r.iter().all(|&n| n > 0)).ok_or("expected WxH, such as 640x360".into())
+}
+
+fn crop(s: &str) -> Result<[i32; 4], String> {
+    let crop: [i32; 4] = numbers(s, ',').ok_or("expected X0,Y0,X1,Y1 in pixels, such as 100,50,200,150")?;
+    let [x0, y0, x1, y1] = crop;
+    if x0 < x1 && y0 < y1 { Ok(crop) } else { Err("X0 must be below X1, and Y0 below Y1".into()) }
+}
+
+fn pixel(s: &str) -> Result<[i32; 2], String> {
+    numbers(s, ',').ok_or("expected X,Y, such as 120,45".into())
+}
+
+fn key_value(s: &str) -> Result<(String, String), String> {
+    match s.split_once('=') {
+        Some((k, v)) if !k.is_empty() => Ok((k.to_owned(), v.to_owned())),
+        Some(_) | None => Err("expected NAME=VALUE".into()),
+    }
+}
+
+fn threshold(s: &str) -> Result<(Metric, f64), String> {
+    let (metric, value) = key_value(s)?;
+    let value = value.parse().ok().filter(|v: &f64| !v.is_nan());
+    Ok((metric.parse()?, value.ok_or("expected METRIC=VALUE, such as relmse=0.01")?))
+}
+
+fn passes(s: &str) -> Result<Range<u32>, String> {
+    let range = s.split_once("..").and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
+    range.filter(|r: &Range<u32>| !r.is_empty()).ok_or("expected A..B with A below B, such as 0..64".into())
+}
+
+/// `30s`, `2m`, `1.5h`, `200ms`; a bare number is in seconds.
+fn duration(s: &str) -> Result<Duration, String> {
+    let at = s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len());
+    let (number, unit) = s.split_at(at);
+    let seconds = match unit {
+        "ms" => Some(1e-3),
+        "s" | "" => Some(1.0),
+        "m" | "min" => Some(60.0),
+        "h" => Some(3600.0),
+        _ => None,
+    };
+    let value = number.trim().parse::<f64>().ok().zip(seconds).map(|(n, unit)| n * unit);
+    value
+        .filter(|t| *t > 0.0)
+        .and_then(|t| Duration::try_from_secs_f64(t).ok())
+        .ok_or("expected a time, such as 30s, 2m or 1.5h".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn times_have_units() {
+        let read = |s| duration(s).map(|d| d.as_millis());
+        assert_eq!(read("30s"), Ok(30_000));
+        assert_eq!(read("2m"), Ok(120_000));
+        assert_eq!(read("1.5h"), Ok(5_400_000));
+        assert_eq!(read("250ms"), Ok(250));
+        assert_eq!(read("7"), Ok(7000));
+        for bad in ["", "s", "0s", "-1s", "1d", "nan", "inf", "1e300h"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn ranges_and_sizes() {
+        assert_eq!(passes("3..8"), Ok(3..8));
+        assert!(passes("8..3").is_err() && passes("3..3").is_err() && passes("3").is_err());
+        assert_eq!(resolution("640x360"), Ok([640, 360]));
+        assert!(resolution("0x5").is_err() && resolution("640").is_err() && resolution("1x2x3").is_err());
+        assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
+        assert!(crop("3,2,1,4").is_err() && crop("1,2,3").is_err());
+        assert_eq!(key_value("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(key_value("=b").is_err() && key_value("ab").is_err());
+        assert_eq!(threshold("relMSE=0.5"), Ok((Metric::RelMse, 0.5)));
+        assert!(threshold("relmse=x").is_err() && threshold("psnr=1").is_err());
+    }
+}
