@@ -57,6 +57,9 @@ pub(crate) struct SceneArgs {
     /// Use this many threads (default: all)
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZero<usize>>,
+    /// Use this instruction set for rays: scalar, avx2 or avx512 (default: the best there is)
+    #[arg(long, value_name = "NAME", value_parser = isa)]
+    pub(crate) isa: Option<accel::Isa>,
 }
 
 /// What decides how light is transported.
@@ -209,6 +212,11 @@ fn crop(s: &str) -> Result<[i32; 4], String> {
 
 fn pixel(s: &str) -> Result<[i32; 2], String> {
     numbers(s, ',').ok_or("expected X,Y, such as 120,45".into())
+}
+
+fn isa(s: &str) -> Result<accel::Isa, String> {
+    let isa = accel::Isa::from_name(s).ok_or("expected scalar, avx2 or avx512")?;
+    if isa.is_available() { Ok(isa) } else { Err("this processor does not have it".into()) }
 }
 
 fn key_value(s: &str) -> Result<(String, String), String> {

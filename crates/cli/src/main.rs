@@ -1,2 +1,5 @@
 //! The `steradian` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    steradian_cli::main()
+}

@@ -1,8 +1,18 @@
 //! Renders: cells on many threads, stop rules, checkpoints, events; and the way from a scene file to pictures.
+//!
+//! ```text
+//! open ──► Opened { scene } ──► Job { integrator, film } ──render──► film ──picture──► save_picture
+//! ```
+//!
+//! A command line, Python and a server call the same five functions.
 
 mod cells;
+mod checkpoint;
 mod error;
 mod events;
+mod job;
+mod open;
+mod output;
 mod run;
 mod schedule;
 mod stop;
@@ -10,8 +20,12 @@ mod watch;
 mod workers;
 
 pub use cells::{TILE_SIDE, of_pass};
+pub use checkpoint::Checkpoint;
 pub use error::Error;
 pub use events::{Cancel, Event, Progress, Urgency};
+pub use job::{Job, Method, Outcome, Replayed};
+pub use open::{Contents, Opened, SCENE_SETTINGS, SceneOptions, open};
+pub use output::{VERSION, check_writable, is_picture, picture, save_picture};
 pub use run::{Checkpointer, Control, Passes, RunReport, run};
 pub use stop::Stop;
 pub use workers::Workers;

@@ -1,0 +1,92 @@
+//! `steradian diff`.
+
+use std::path::Path;
+
+use lab::Metrics;
+use serde::Serialize;
+
+use crate::args::DiffArgs;
+use crate::exit::{Done, Failure, Status};
+use crate::messages;
+
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    a: &'a Path,
+    b: &'a Path,
+    width: usize,
+    height: usize,
+    #[serde(flatten)]
+    metrics: Metrics,
+    /// Thresholds that were exceeded.
+    failed: Vec<String>,
+}
+
+pub(crate) fn run(args: &DiffArgs) -> Done {
+    let (a, b) = (load(&args.a)?, load(&args.b)?);
+    let size = |p: &Picture| format!("{} x {}", p.size[0], p.size[1]);
+    if a.size != b.size {
+        return Err(Failure::input(format!(
+            "{} has {} pixels, {} has {}",
+            args.a.display(),
+            size(&a),
+            args.b.display(),
+            size(&b)
+        )));
+    }
+    let metrics = lab::compare(&a.rgb, &b.rgb).map_err(Failure::input)?;
+    if metrics.non_finite > 0 {
+        messages::warning(&format!("{} pixels are not finite and are left out", metrics.non_finite));
+    }
+
+    let failed = failed(args, &metrics);
+    let [width, height] = a.size;
+    if args.json {
+        messages::json(&Report { a: &args.a, b: &args.b, width, height, metrics, failed: failed.clone() });
+    } else {
+        print(&metrics);
+    }
+    failed.iter().for_each(|sentence| messages::error(sentence));
+    Ok(if failed.is_empty() { Status::Done } else { Status::No })
+}
+
+struct Picture {
+    size: [usize; 2],
+    rgb: Vec<[f32; 3]>,
+}
+
+/// Linear R, G, B; pictures of eight bits are decoded from sRGB.
+fn load(path: &Path) -> Result<Picture, Failure> {
+    let refuse = |e: image::ImageError| {
+        let (text, place) = (e.to_string(), path.display().to_string());
+        Failure::input(if text.contains(&place) { text } else { format!("{place}: {text}") })
+    };
+    let image = image::load_image(path).and_then(|image| image.to_rgb()).map_err(refuse)?;
+    let rgb = image.data().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+    Ok(Picture { size: [image.width(), image.height()], rgb })
+}
+
+/// A sentence for each threshold that is exceeded. What cannot be compared fails any threshold.
+fn failed(args: &DiffArgs, metrics: &Metrics) -> Vec<String> {
+    let mut failed: Vec<String> = args
+        .fail_above
+        .iter()
+        .map(|&(metric, limit)| (metric, metric.of(metrics), limit))
+        .filter(|(_, value, limit)| value.is_nan() || value > limit)
+        .map(|(metric, value, limit)| format!("{metric} is {value:.6e}, above {limit}"))
+        .collect();
+    if !args.fail_above.is_empty() && metrics.non_finite > 0 {
+        failed.push(format!("{} pixels are not finite", metrics.non_finite));
+    }
+    failed
+}
+
+fn print(m: &Metrics) {
+    for metric in lab::Metric::ALL {
+        messages::say(&format!("{:<16}{:.6e}", metric.name(), metric.of(m)));
+    }
+    let rgb = |v: [f64; 3]| format!("{:.6} {:.6} {:.6}", v[0], v[1], v[2]);
+    messages::say(&format!("{:<16}{}", "mean", rgb(m.mean)));
+    messages::say(&format!("{:<16}{}", "mean reference", rgb(m.mean_reference)));
+    let ratio = [0, 1, 2].map(|c| m.mean[c] / m.mean_reference[c]);
+    messages::say(&format!("{:<16}{}", "ratio", rgb(ratio)));
+}

@@ -1,0 +1,89 @@
+//! How a command ends: 0 done, 1 failed, 2 bad usage or bad input, 130 interrupted.
+
+use std::fmt::Display;
+use std::process::ExitCode;
+
+use crate::messages;
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    /// As it should.
+    Done,
+    /// It says no: a difference above a threshold.
+    No,
+    /// A person stopped it; what there was is saved.
+    Interrupted,
+}
+
+/// Why a command did not do its work.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// What was given cannot be used.
+    Input(anyhow::Error),
+    /// The same, and all was said.
+    InputSaid,
+    /// Something else went wrong.
+    Failed(anyhow::Error),
+}
+
+/// What a command returns.
+pub(crate) type Done = Result<Status, Failure>;
+
+impl Failure {
+    /// The person's input cannot be used.
+    pub(crate) fn input(message: impl Display) -> Self {
+        Self::Input(anyhow::anyhow!("{message}"))
+    }
+
+    /// Something went wrong that is not the person's doing.
+    pub(crate) fn failed(message: impl Display) -> Self {
+        Self::Failed(anyhow::anyhow!("{message}"))
+    }
+}
+
+impl From<render::Error> for Failure {
+    fn from(e: render::Error) -> Self {
+        let is_input = match &e {
+            render::Error::Parameter(_) | render::Error::Resume { .. } => true,
+            render::Error::Film(film) => match film {
+                film::Error::Io { .. } => false,
+                film::Error::File { .. } | film::Error::Settings(_) | film::Error::TooLarge { .. } => true,
+                // Whatever else is wrong with a film came with the film.
+                _ => true,
+            },
+            _ => false,
+        };
+        if is_input { Self::Input(e.into()) } else { Self::Failed(e.into()) }
+    }
+}
+
+/// Says what went wrong, if that was not said, and gives the exit status.
+pub(crate) fn code(done: Done) -> ExitCode {
+    match done {
+        Ok(Status::Done) => ExitCode::SUCCESS,
+        Ok(Status::No) => ExitCode::from(1),
+        Ok(Status::Interrupted) => ExitCode::from(130),
+        Err(Failure::InputSaid) => ExitCode::from(2),
+        Err(Failure::Input(e)) => {
+            messages::error(&chain(&e));
+            ExitCode::from(2)
+        }
+        Err(Failure::Failed(e)) => {
+            messages::error(&chain(&e));
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// The message and its causes, without saying twice what a message already has from its cause.
+fn chain(e: &anyhow::Error) -> String {
+    let mut text = e.to_string();
+    for cause in e.chain().skip(1) {
+        let cause = cause.to_string();
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}

@@ -1,0 +1,49 @@
+//! The command line: what is written on it, and what is printed in answer. All work is done by the crates below.
+
+mod args;
+mod bench;
+mod diff;
+mod exit;
+mod info;
+mod integrators;
+mod interrupt;
+mod merge;
+mod messages;
+mod progress;
+mod render;
+mod replay;
+mod scene;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::args::{Cli, Command};
+
+/// Runs the command that the arguments of the process ask for.
+#[must_use]
+pub fn main() -> ExitCode {
+    run(std::env::args_os())
+}
+
+/// Runs a command; the first argument is the program's name.
+pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>) -> ExitCode {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version go to standard output and are no failure.
+            let _ = e.print();
+            return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let done = match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Merge(args) => merge::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Integrators(args) => integrators::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Replay(args) => replay::run(args),
+    };
+    exit::code(done)
+}

@@ -1,0 +1,260 @@
+//! `steradian render`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use film::Developed;
+use render::{Checkpoint, Error, Job, Outcome, Stop, Workers};
+use scene::Scene;
+use serde::Serialize;
+
+use crate::args::RenderArgs;
+use crate::exit::{Done, Failure, Status};
+use crate::interrupt::Interrupt;
+use crate::messages::{self, grouped};
+use crate::progress::Bar;
+use crate::scene;
+
+/// The object of `--json`.
+#[derive(Debug, Serialize)]
+struct Report {
+    wall_seconds: f64,
+    load_seconds: f64,
+    render_seconds: f64,
+    /// Complete passes in the film.
+    spp: u64,
+    rays: u64,
+    camera_paths: u64,
+    light_paths: u64,
+    dropped_samples: u64,
+    /// Of linear R, G, B.
+    mean: [f64; 3],
+    /// Null below two passes.
+    relmse_estimate: f64,
+    passes_resumed: u64,
+    outputs: Vec<PathBuf>,
+    integrator: String,
+    settings: String,
+    seed: u64,
+    threads: usize,
+    interrupted: bool,
+}
+
+pub(crate) fn run(args: &RenderArgs) -> Done {
+    let start = Instant::now();
+    check_files(args)?;
+    let interrupt = Interrupt::install()?;
+    let workers = scene::workers(&args.scene)?;
+    let opened = scene::open(&args.scene, &args.method.set, &workers)?;
+    let scene = &opened.scene;
+    let pictures = pictures(args, scene)?;
+    let load_seconds = start.elapsed().as_secs_f64();
+
+    // Render.
+    let mut job = Job::new(scene, &scene::method(&args.method))?;
+    let checkpoint = args.checkpoint.as_ref().map(|path| Checkpoint {
+        path: path.clone(),
+        every: args.checkpoint_every,
+        resume: args.resume,
+    });
+    let mut bar = Bar::new(!args.quiet, interrupt.cancel.clone());
+    interrupt.rendering();
+    let mut on_event = |event: render::Event<'_>| bar.on(event);
+    let stop = stop(args, scene);
+    let outcome = job.render(&stop, checkpoint.as_ref(), &workers, &interrupt.cancel, &mut on_event);
+    bar.end();
+    let outcome = outcome?;
+
+    // Save.
+    if job.film().passes().is_empty() {
+        messages::note("interrupted before the first pass was complete; nothing was saved");
+        return Ok(Status::Interrupted);
+    }
+    let developed = job.film().develop();
+    let outputs = save(args, &job, &developed, &pictures, &workers)?;
+    report_bad_samples(args, &job);
+    let seconds = [start.elapsed().as_secs_f64(), load_seconds];
+    let report = report(&job, &developed, &outcome, outputs, seconds, workers.len());
+    tell(args, &report);
+    Ok(if outcome.report.cancelled { Status::Interrupted } else { Status::Done })
+}
+
+/// What can be known to go wrong before the work.
+fn check_files(args: &RenderArgs) -> Result<(), Failure> {
+    check_endings(&args.output)?;
+    let files = args.output.iter().chain(&args.partial).chain(&args.checkpoint);
+    for path in files {
+        render::check_writable(path)?;
+        if is_same_file(path, &args.scene.scene) {
+            return Err(Failure::input(format!("{} is the scene itself", path.display())));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses names that no picture can have.
+fn check_endings(outputs: &[PathBuf]) -> Result<(), Failure> {
+    match outputs.iter().find(|path| !render::is_picture(path)) {
+        None => Ok(()),
+        Some(path) => Err(Failure::input(format!(
+            "cannot write a picture named {}: the endings .exr, .png, .hdr and .pfm are known",
+            path.display()
+        ))),
+    }
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// The pictures to write: those asked for, or the file's own name here, as EXR and PNG.
+fn pictures(args: &RenderArgs, scene: &Scene) -> Result<Vec<PathBuf>, Failure> {
+    if !args.output.is_empty() || args.partial.is_some() {
+        return Ok(args.output.clone());
+    }
+    let own = scene.settings().filename.as_ref().map(Path::new);
+    let stem = |path: &Path| path.file_stem().filter(|s| !s.is_empty()).map(PathBuf::from);
+    let stem = own.and_then(stem).or_else(|| stem(&args.scene.scene)).unwrap_or_else(|| "steradian".into());
+    let pictures: Vec<PathBuf> = ["exr", "png"].map(|ending| with_ending(&stem, ending)).to_vec();
+    pictures.iter().try_for_each(|path| render::check_writable(path))?;
+    Ok(pictures)
+}
+
+/// The name and an ending, whatever dots the name has.
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(".");
+    name.push(ending);
+    name.into()
+}
+
+fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
+    match (&args.passes, args.time, args.spp) {
+        (Some(range), _, _) => Stop::Passes(range.clone()),
+        (None, Some(time), _) => Stop::Time(time),
+        (None, None, spp) => Stop::Passes(0..spp.unwrap_or(scene.settings().sampler.spp).max(1)),
+    }
+}
+
+fn save(
+    args: &RenderArgs,
+    job: &Job<'_>,
+    developed: &Developed,
+    pictures: &[PathBuf],
+    workers: &Workers,
+) -> Result<Vec<PathBuf>, Failure> {
+    let mut outputs = Vec::new();
+    if let Some(path) = &args.partial {
+        job.film().save(path).map_err(Error::from)?;
+        outputs.push(path.clone());
+    }
+    if !pictures.is_empty() {
+        let picture = render::picture(job.film(), developed).map_err(Failure::failed)?;
+        for path in pictures {
+            workers.install(|| render::save_picture(path, &picture, args.exposure))?;
+            outputs.push(path.clone());
+        }
+    }
+    Ok(outputs)
+}
+
+/// Names the bad samples, and how to walk the first of them again.
+fn report_bad_samples(args: &RenderArgs, job: &Job<'_>) {
+    let bad = job.film().bad_samples();
+    let Some(first) = bad.first().next() else { return };
+    let key = &job.film().settings().key;
+    messages::warning(&format!(
+        "{} bad samples were dropped; the first is at pixel {},{} of pass {} ({})",
+        grouped(bad.count()),
+        first.x,
+        first.y,
+        first.pass,
+        crate::replay::kind(first.kind),
+    ));
+    let mut again = format!("steradian replay {}", args.scene.scene.display());
+    again.push_str(&format!(" --pixel {},{} --pass {} --seed {}", first.x, first.y, first.pass, key.seed));
+    again.push_str(&format!(" --integrator {}", key.integrator));
+    args.method.set.iter().for_each(|(k, v)| again.push_str(&format!(" --set {k}={v}")));
+    args.scene.define.iter().for_each(|(k, v)| again.push_str(&format!(" -D {k}={v}")));
+    if let Some([w, h]) = args.scene.resolution {
+        again.push_str(&format!(" --resolution {w}x{h}"));
+    }
+    if args.scene.spectral {
+        again.push_str(" --spectral");
+    }
+    messages::note(&format!("  hint: {again}"));
+}
+
+fn report(
+    job: &Job<'_>,
+    developed: &Developed,
+    outcome: &Outcome,
+    outputs: Vec<PathBuf>,
+    [wall_seconds, load_seconds]: [f64; 2],
+    threads: usize,
+) -> Report {
+    let key = &job.film().settings().key;
+    let run = &outcome.report;
+    Report {
+        wall_seconds,
+        load_seconds,
+        render_seconds: run.elapsed.as_secs_f64(),
+        spp: job.film().passes().len(),
+        rays: run.counters.rays,
+        camera_paths: run.counters.camera_paths,
+        light_paths: run.counters.light_paths,
+        dropped_samples: job.film().bad_samples().count(),
+        mean: developed.mean_rgb(),
+        relmse_estimate: developed.relmse_estimate(),
+        passes_resumed: outcome.passes_resumed,
+        outputs,
+        integrator: key.integrator.clone(),
+        settings: key.settings.clone(),
+        seed: key.seed,
+        threads,
+        interrupted: run.cancelled,
+    }
+}
+
+fn tell(args: &RenderArgs, r: &Report) {
+    if r.interrupted {
+        messages::note(&format!("interrupted; {} passes are saved", r.spp));
+    }
+    if args.json {
+        messages::json(r);
+        return;
+    }
+    if args.quiet {
+        return;
+    }
+    let resumed = if r.passes_resumed > 0 { format!(" ({} resumed)", r.passes_resumed) } else { String::new() };
+    let error = match r.relmse_estimate.is_finite() {
+        true => format!(", relMSE about {:.2e}", r.relmse_estimate),
+        false => String::new(),
+    };
+    messages::say(&format!(
+        "{}, {} passes{resumed} in {:.2} s{error}, {:.2} Mrays/s",
+        r.integrator,
+        r.spp,
+        r.render_seconds,
+        r.rays as f64 / r.render_seconds.max(1e-9) * 1e-6,
+    ));
+    r.outputs.iter().for_each(|path| messages::say(&format!("wrote {}", path.display())));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_with_dots_keeps_them() {
+        assert_eq!(with_ending(Path::new("killeroo-1.5"), "png"), Path::new("killeroo-1.5.png"));
+    }
+
+    #[test]
+    fn other_endings_are_refused() {
+        assert!(check_endings(&["a.exr".into(), "b.PNG".into(), "c.hdr".into(), "d.pfm".into()]).is_ok());
+        assert!(check_endings(&["a.exr".into(), "b.jpg".into()]).is_err());
+        assert!(check_endings(&["a".into()]).is_err());
+    }
+}
