@@ -10,7 +10,7 @@ use lab::Metric;
 
 /// Steradian: a physically based renderer.
 #[derive(Debug, Parser)]
-#[command(name = "steradian", version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(name = "steradian", version, max_term_width = 100, arg_required_else_help = true)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -201,7 +201,9 @@ fn numbers<T: std::str::FromStr, const N: usize>(s: &str, separator: char) -> Op
 }
 
 fn resolution(s: &str) -> Result<[u32; 2], String> {
-    numbers(s, 'x').filter(|r: &[u32; 2]| r.iter().all(|&n| n > 0)).ok_or("expected WxH, such as 640x360".into())
+    numbers(s, 'x')
+        .filter(|r: &[u32; 2]| r.iter().all(|&n| n > 0))
+        .ok_or("expected WxH, such as 640x360".into())
 }
 
 fn crop(s: &str) -> Result<[i32; 4], String> {

@@ -57,8 +57,9 @@ struct Picture {
 /// Linear R, G, B; pictures of eight bits are decoded from sRGB.
 fn load(path: &Path) -> Result<Picture, Failure> {
     let refuse = |e: image::ImageError| {
-        let (text, place) = (e.to_string(), path.display().to_string());
-        Failure::input(if text.contains(&place) { text } else { format!("{place}: {text}") })
+        let e = anyhow::Error::from(e);
+        let named = e.to_string().contains(&*path.to_string_lossy());
+        Failure::Input(if named { e } else { e.context(path.display().to_string()) })
     };
     let image = image::load_image(path).and_then(|image| image.to_rgb()).map_err(refuse)?;
     let rgb = image.data().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::args::InfoArgs;
 use crate::exit::{Done, Status};
+use crate::load;
 use crate::messages::{self, bytes, grouped, say};
-use crate::scene;
 
 #[derive(Debug, Serialize)]
 struct Report {
@@ -44,8 +44,8 @@ struct Message {
 
 pub(crate) fn run(args: &InfoArgs) -> Done {
     let start = Instant::now();
-    let workers = scene::workers(&args.scene)?;
-    let (opened, sink) = scene::open_quietly(&args.scene, &[], &workers)?;
+    let workers = load::workers(&args.scene)?;
+    let (opened, sink) = load::open_quietly(&args.scene, &[], &workers)?;
     let (s, contents) = (opened.scene.settings(), opened.contents);
     let counts = s.counts;
     let crop = s.crop;

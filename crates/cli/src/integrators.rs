@@ -64,7 +64,7 @@ fn describe(info: &IntegratorInfo) -> Described {
 
 fn parameter(info: &ParameterInfo) -> Parameter {
     let choices = match &info.kind {
-        ParameterKind::Choice(words) => words,
+        ParameterKind::Choice(words) => *words,
         ParameterKind::Bool(_)
         | ParameterKind::Integer(_)
         | ParameterKind::Limit(_)

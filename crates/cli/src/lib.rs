@@ -7,12 +7,12 @@ mod exit;
 mod info;
 mod integrators;
 mod interrupt;
+mod load;
 mod merge;
 mod messages;
 mod progress;
 mod render;
 mod replay;
-mod scene;
 
 use std::process::ExitCode;
 

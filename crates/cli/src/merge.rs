@@ -63,13 +63,14 @@ fn merged(paths: &[PathBuf]) -> Result<(Film, Vec<PathBuf>), Failure> {
     let mut duplicates = Vec::new();
     let mut seen = BTreeSet::from([first]);
     for path in rest {
-        let merged = film
-            .merge(&load(path)?)
-            .map_err(|e| Failure::input(format!("{} cannot be merged with the others: {e}", path.display())))?;
+        let merged = film.merge(&load(path)?).map_err(|e| {
+            Failure::input(format!("{} cannot be merged with the others: {e}", path.display()))
+        })?;
         match merged {
             Merged::Added => {}
             Merged::AlreadyThere => {
-                let again = if seen.contains(path) { "was named twice" } else { "has no passes that are new" };
+                let again =
+                    if seen.contains(path) { "was named twice" } else { "has no passes that are new" };
                 messages::warning(&format!("{} {again}; it is not added again", path.display()));
                 duplicates.push(path.clone());
             }

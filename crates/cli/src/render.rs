@@ -11,9 +11,9 @@ use serde::Serialize;
 use crate::args::RenderArgs;
 use crate::exit::{Done, Failure, Status};
 use crate::interrupt::Interrupt;
+use crate::load;
 use crate::messages::{self, grouped};
 use crate::progress::Bar;
-use crate::scene;
 
 /// The object of `--json`.
 #[derive(Debug, Serialize)]
@@ -44,14 +44,14 @@ pub(crate) fn run(args: &RenderArgs) -> Done {
     let start = Instant::now();
     check_files(args)?;
     let interrupt = Interrupt::install()?;
-    let workers = scene::workers(&args.scene)?;
-    let opened = scene::open(&args.scene, &args.method.set, &workers)?;
+    let workers = load::workers(&args.scene)?;
+    let opened = load::open(&args.scene, &args.method.set, &workers)?;
     let scene = &opened.scene;
     let pictures = pictures(args, scene)?;
     let load_seconds = start.elapsed().as_secs_f64();
 
     // Render.
-    let mut job = Job::new(scene, &scene::method(&args.method))?;
+    let mut job = Job::new(scene, &load::method(&args.method))?;
     let checkpoint = args.checkpoint.as_ref().map(|path| Checkpoint {
         path: path.clone(),
         every: args.checkpoint_every,
@@ -227,7 +227,8 @@ fn tell(args: &RenderArgs, r: &Report) {
     if args.quiet {
         return;
     }
-    let resumed = if r.passes_resumed > 0 { format!(" ({} resumed)", r.passes_resumed) } else { String::new() };
+    let resumed =
+        if r.passes_resumed > 0 { format!(" ({} resumed)", r.passes_resumed) } else { String::new() };
     let error = match r.relmse_estimate.is_finite() {
         true => format!(", relMSE about {:.2e}", r.relmse_estimate),
         false => String::new(),

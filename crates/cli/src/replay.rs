@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::args::ReplayArgs;
 use crate::exit::{Done, Status};
+use crate::load;
 use crate::messages;
-use crate::scene;
 
 #[derive(Debug, Serialize)]
 struct Report {
@@ -22,9 +22,9 @@ struct Report {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> Done {
-    let workers = scene::workers(&args.scene)?;
-    let opened = scene::open(&args.scene, &args.method.set, &workers)?;
-    let mut job = Job::new(&opened.scene, &scene::method(&args.method))?;
+    let workers = load::workers(&args.scene)?;
+    let opened = load::open(&args.scene, &args.method.set, &workers)?;
+    let mut job = Job::new(&opened.scene, &load::method(&args.method))?;
     let replayed = job.replay(args.pixel, args.pass)?;
 
     let key = &job.film().settings().key;
@@ -42,7 +42,10 @@ pub(crate) fn run(args: &ReplayArgs) -> Done {
         return Ok(Status::Done);
     }
     let [x, y] = args.pixel;
-    messages::say(&format!("{} at pixel {x},{y} of pass {} with seed {}", key.integrator, args.pass, key.seed));
+    messages::say(&format!(
+        "{} at pixel {x},{y} of pass {} with seed {}",
+        key.integrator, args.pass, key.seed
+    ));
     match report.bad {
         Some(bad) => messages::say(&format!("  bad: {bad}")),
         None => messages::say(&format!("  radiance {} {} {}", report.rgb[0], report.rgb[1], report.rgb[2])),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use integrators::ParameterError;
+use integrators::parameters::ParameterError;
 
 /// Why a render was not done, or its picture not saved.
 #[derive(Debug, thiserror::Error)]

@@ -188,7 +188,8 @@ fn bind<'s>(scene: &'s Scene, method: &Method) -> Result<(Bound<'s>, FilmSetting
         LightSelection::Power => "power",
         LightSelection::Spatial => "spatial",
     };
-    let shared = format!("light_selection={lights} mode={mode} sampler={sampler} tile={TILE_SIDE} version={VERSION}");
+    let shared =
+        format!("light_selection={lights} mode={mode} sampler={sampler} tile={TILE_SIDE} version={VERSION}");
     let settings = FilmSettings {
         crop: of_scene.crop,
         sign: if of_scene.spectral { Sign::Any } else { Sign::NonNegative },

@@ -6,6 +6,8 @@
 //!
 //! A command line, Python and a server call the same five functions.
 
+mod bench;
+mod bench_scene;
 mod cells;
 mod checkpoint;
 mod error;
@@ -19,6 +21,8 @@ mod stop;
 mod watch;
 mod workers;
 
+pub use bench::{BenchRays, RayRates};
+pub use bench_scene::bench_scene;
 pub use cells::{TILE_SIDE, of_pass};
 pub use checkpoint::Checkpoint;
 pub use error::Error;

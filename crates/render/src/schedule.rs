@@ -259,8 +259,18 @@ mod tests {
             let log = run(Schedule::new(Shape { sequential, ..SHAPE }, 6), n, |_, _| {});
             for pass in 0..6 {
                 assert_eq!(cells(&log, pass), 3);
-                let blocks: usize =
-                    log.iter().map(|t| if let Task::Fold(p, b) = t && *p == pass { b.len() } else { 0 }).sum();
+                let blocks: usize = log
+                    .iter()
+                    .map(|t| {
+                        if let Task::Fold(p, b) = t
+                            && *p == pass
+                        {
+                            b.len()
+                        } else {
+                            0
+                        }
+                    })
+                    .sum();
                 assert_eq!(blocks, 10);
             }
         }

@@ -93,7 +93,9 @@ fn gaussian() -> Filter {
 
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
-    for (filter, light_blocks, prepares) in [(Filter::pixel_box(), 0, false), (gaussian(), 7, false), (gaussian(), 3, true)] {
+    for (filter, light_blocks, prepares) in
+        [(Filter::pixel_box(), 0, false), (gaussian(), 7, false), (gaussian(), 3, true)]
+    {
         let developed = |threads: usize| {
             let film = film(filter, light_blocks > 0);
             let mut n = Noise { prepares, light_blocks, ..noise() };
@@ -102,7 +104,10 @@ fn the_same_bits_for_any_number_of_threads() {
             assert_eq!(report.counters.light_paths, 6 * 500 * u64::from(light_blocks));
             assert_eq!(report.counters.camera_paths, 6 * film.settings().sample_bounds().area() as u64);
             assert!(film.bad_samples().count() > 0);
-            assert_eq!(n.prepared.into_inner().unwrap(), if prepares { vec![0, 1, 2, 3, 4, 5] } else { vec![] });
+            assert_eq!(
+                n.prepared.into_inner().unwrap(),
+                if prepares { vec![0, 1, 2, 3, 4, 5] } else { vec![] }
+            );
             (film.develop(), film.bad_samples())
         };
         let one = developed(1);
@@ -211,9 +216,8 @@ fn checkpoints_see_whole_passes_while_it_runs() {
 #[test]
 fn a_checkpoint_that_fails_ends_the_render() {
     let film = film(Filter::pixel_box(), false);
-    let mut save = |_: &Film| {
-        Err(steradian_render::Error::Output { path: "x".into(), reason: "disk full".into() })
-    };
+    let mut save =
+        |_: &Film| Err(steradian_render::Error::Output { path: "x".into(), reason: "disk full".into() });
     let checkpoint = Some(Checkpointer { every: Duration::from_millis(10), save: &mut save });
     let control = Control { cancel: Cancel::default(), checkpoint, on_event: &mut |_| {} };
     let mut n = Noise { busy: Duration::from_millis(2), ..noise() };
