@@ -185,7 +185,7 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) method: MethodArgs,
     /// The pixel that the path begins in
-    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_hyphen_values = true)]
     pub(crate) pixel: [i32; 2],
     /// The pass
     #[arg(long, value_name = "N")]

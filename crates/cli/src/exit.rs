@@ -44,17 +44,7 @@ impl Failure {
 
 impl From<render::Error> for Failure {
     fn from(e: render::Error) -> Self {
-        let is_input = match &e {
-            render::Error::Parameter(_) | render::Error::Resume { .. } => true,
-            render::Error::Film(film) => match film {
-                film::Error::Io { .. } => false,
-                film::Error::File { .. } | film::Error::Settings(_) | film::Error::TooLarge { .. } => true,
-                // Whatever else is wrong with a film came with the film.
-                _ => true,
-            },
-            _ => false,
-        };
-        if is_input { Self::Input(e.into()) } else { Self::Failed(e.into()) }
+        if e.is_input() { Self::Input(e.into()) } else { Self::Failed(e.into()) }
     }
 }
 

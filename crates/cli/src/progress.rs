@@ -36,7 +36,7 @@ impl Bar {
                 self.bar.set_message(self.message(p));
             }
             Event::Warning(text) => self.bar.suspend(|| crate::messages::warning(text)),
-            _ => {}
+            Event::Checkpoint { .. } | _ => {}
         }
         if self.cancel.urgency() > self.told {
             self.told = self.cancel.urgency();

@@ -1,4 +1,5 @@
 //! Help, usage errors, exit statuses, and the commands that need no scene.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
 

@@ -39,3 +39,15 @@ pub enum Error {
         reason: String,
     },
 }
+
+impl Error {
+    /// Is it about what was given (a name, a setting, a file to go on from), not about the machine?
+    #[must_use]
+    pub fn is_input(&self) -> bool {
+        match self {
+            Self::Parameter(_) | Self::Resume { .. } => true,
+            Self::Film(e) => !matches!(e, film::Error::Io { .. }),
+            Self::Threads { .. } | Self::Output { .. } => false,
+        }
+    }
+}

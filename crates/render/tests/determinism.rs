@@ -1,4 +1,5 @@
 //! The film's bits do not depend on threads, order or how passes are split; nothing complete is lost by a stop.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::num::NonZero;
 use std::sync::Mutex;

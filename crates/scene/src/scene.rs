@@ -98,6 +98,12 @@ impl Scene {
         self.accel.bounds()
     }
 
+    /// The same scene with the kernel for `isa`, if this processor runs it: for benchmarks and tests.
+    #[must_use]
+    pub fn with_isa(self, isa: accel::Isa) -> Self {
+        Self { accel: self.accel.with_isa(isa), ..self }
+    }
+
     /// The acceleration structure: for benchmarks and for those who want rays alone.
     #[must_use]
     pub fn accel(&self) -> &Accel {
