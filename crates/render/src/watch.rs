@@ -43,6 +43,7 @@ impl<'a, 'c> Watch<'a, 'c> {
     /// Looks and tells until all is done.
     pub(crate) fn until_done(mut self) -> Result<RunReport, Error> {
         let mut state = self.shared.lock();
+        self.look(&mut state);
         while !state.is_over() {
             let wait = self.limit.map_or(TICK, |limit| limit.saturating_sub(self.start.elapsed()).min(TICK));
             let wait = wait.max(Duration::from_millis(1));
