@@ -221,7 +221,7 @@ impl Eta {
 
 impl Layer {
     fn at(&self, at: &mut Lookup<'_>) -> Coat {
-        Coat {
+        let coat = Coat {
             eta: self.eta.at(at.wl),
             alpha: self.alpha.at(at),
             thickness: at.float(&self.thickness).max(f32::MIN_POSITIVE),
@@ -229,7 +229,9 @@ impl Layer {
             albedo: at.albedo(&self.albedo),
             max_depth: self.max_depth,
             n_samples: self.n_samples,
-        }
+        };
+        // A clear coat keeps the whole series of bounces (docs/decisions/0011).
+        if coat.is_clear() { Coat { max_depth: u16::MAX, ..coat } } else { coat }
     }
 
     fn is_uniform(&self) -> bool {
