@@ -204,12 +204,18 @@ impl Compiler<'_, '_> {
         else {
             return Surface::Interface;
         };
+        // A coat without a medium does not absorb, however thick it is (docs/decisions/0011).
+        let albedo = self.albedo(albedo, span);
+        let thickness = match &albedo {
+            SpectrumHandle::Constant(a) if a.is_black() => FloatHandle::Constant(0.0),
+            SpectrumHandle::Constant(_) | SpectrumHandle::Texture(_) => self.textures.float(thickness, span),
+        };
         let coat = Layer {
             eta: self.eta(eta, span),
             alpha: self.alpha(roughness, span),
-            thickness: self.textures.float(thickness, span),
+            thickness,
             g: self.textures.float(g, span),
-            albedo: self.albedo(albedo, span),
+            albedo,
             max_depth: u16::try_from(*max_depth).unwrap_or(u16::MAX),
             n_samples: u16::try_from(*n_samples).unwrap_or(u16::MAX).max(1),
             profiles: None,
