@@ -70,6 +70,23 @@ impl AreaLight {
         emissions[self.emission as usize].eval(uv, wavelengths) * self.factor
     }
 
+    /// Mean over the surface. Of an image, an estimate by an 8 × 8 grid of points; at least a thousandth of the mean
+    /// of the whole image, so that no surface that emits counts as dark.
+    pub(super) fn mean(&self, emission: &Emission) -> f32 {
+        const N: u16 = 8;
+        let whole = emission.mean();
+        if !emission.is_image() {
+            return whole * self.factor;
+        }
+        let sum: f32 = (0..N * N)
+            .map(|i| {
+                let u = [i % N, i / N].map(|k| (f32::from(k) + 0.5) / f32::from(N));
+                emission.size_at(self.emitter.sample_area(u).uv)
+            })
+            .sum();
+        (sum / f32::from(N * N)).max(whole * 1e-3) * self.factor
+    }
+
     pub(super) fn sides(&self) -> f32 {
         if self.two_sided { 2.0 } else { 1.0 }
     }

@@ -1,5 +1,7 @@
 //! Where a light is and into which directions it emits: what a tree of lights is built of [Conty2018].
 
+use std::f32::consts::PI;
+
 use math::{Bounds, Dir, Vec3, trig};
 
 use super::{Light, Lights};
@@ -19,6 +21,54 @@ pub(crate) struct LightBounds {
     pub(crate) two_sided: bool,
 }
 
+impl LightBounds {
+    /// Of both together.
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        let (axis, cos_theta_o) = self.cone_with(other);
+        Self {
+            bounds: self.bounds.union(other.bounds),
+            axis,
+            cos_theta_o,
+            cos_theta_e: self.cos_theta_e.min(other.cos_theta_e),
+            power: self.power + other.power,
+            two_sided: self.two_sided || other.two_sided,
+        }
+    }
+
+    /// The cone around both cones of normals.
+    fn cone_with(&self, other: &Self) -> (Dir, f32) {
+        let (a, b) = (trig::safe_acos(self.cos_theta_o), trig::safe_acos(other.cos_theta_o));
+        let cross = self.axis.0.cross(other.axis.0);
+        let between = trig::atan2(cross.length(), self.axis.dot(other.axis));
+
+        // One may hold the other.
+        if (between + b).min(PI) <= a {
+            return (self.axis, self.cos_theta_o);
+        }
+        if (between + a).min(PI) <= b {
+            return (other.axis, other.cos_theta_o);
+        }
+
+        // Otherwise turn the axis to the middle, with a little room for rounding.
+        let theta = 0.5 * (a + b + between) + 1e-4;
+        let Some(turn) = cross.try_normalize().filter(|_| theta < PI) else { return (self.axis, -1.0) };
+        let (sin, cos) = trig::sin_cos(theta - a);
+        let axis = Dir::normalize(self.axis.0 * cos + turn.cross(self.axis.0) * sin);
+        (axis, trig::cos(theta))
+    }
+
+    /// The surface area and orientation heuristic: `φ M_Ω A`, with `M_Ω` the measure of the directions into which it
+    /// emits, by cosine beyond the cone of normals.
+    pub(crate) fn cost(&self) -> f32 {
+        let (o, e) = (trig::safe_acos(self.cos_theta_o), trig::safe_acos(self.cos_theta_e));
+        let w = (o + e).min(PI);
+        let (sin_o, cos_o) = trig::sin_cos(o);
+        let m = 2.0 * PI * (1.0 - cos_o)
+            + 0.5 * PI * (2.0 * w * sin_o - trig::cos(o - 2.0 * w) - 2.0 * o * sin_o + cos_o);
+        self.power * m * self.bounds.surface_area()
+    }
+}
+
 impl Lights {
     /// Bounds of a light at a finite place that emits; `None` for all others.
     pub(crate) fn light_bounds(&self, light: LightId) -> Option<LightBounds> {
@@ -34,12 +84,12 @@ impl Lights {
         if power <= 0.0 {
             return None;
         }
-        let sphere = 4.0 * std::f32::consts::PI;
+        let sphere = 4.0 * PI;
         Some(match &self.list[light.index()] {
             Light::Dark | Light::Distant(_) | Light::InfiniteConstant(_) | Light::InfiniteImage(_) => {
                 return None;
             }
-            // Lights at points count with their largest intensity times 4π, as far as it is known.
+            // Lights at points count with 4π times their intensity, or its mean over where they shine.
             Light::Point(l) => at(l.p.0, power),
             Light::Goniometric(l) => at(l.p().0, power),
             Light::Projection(l) => at(l.p().0, power * sphere / l.slide_area().min(sphere)),

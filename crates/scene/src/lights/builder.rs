@@ -9,7 +9,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use math::{AnimatedTransform, Bounds, Dir, Frame, Point, Transform, Vec2, Vec3, trig};
+use math::{Bounds, Dir, Frame, Point, Transform, Vec2, Vec3, trig};
 use sampling::distribution::PiecewiseConstant2D;
 use sampling::warp;
 use scene_desc::{AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, Sink, Span, SphericalMapping};
@@ -205,7 +205,7 @@ struct Placed<'b> {
 
 impl<'b> Placed<'b> {
     fn new(builder: &LightsBuilder<'b>, desc: &LightDesc, sink: &mut Sink) -> Option<Self> {
-        let world_from_light = start_of(&desc.world_from_light);
+        let world_from_light = desc.world_from_light.start();
         let map = AffineMap::of(&world_from_light);
         if map.is_none() {
             sink.error(desc.span, "the light's transform is not affine").hint("it needs an inverse");
@@ -294,14 +294,15 @@ impl<'b> Placed<'b> {
         let aspect = width as f32 / height as f32;
         let tan = trig::tan(0.5 * fov.to_radians());
         let half = [tan * aspect.max(1.0), tan * (1.0 / aspect).max(1.0)];
-        let cos3 = |uv: [f32; 2]| {
+        let pixel = [half[0] / width as f32, half[1] / height as f32];
+        let n_pixels = (width * height) as f32;
+        // Solid angle of the pixel around a place on the slide.
+        let solid_angle = |uv: [f32; 2]| {
             let (x, y) = ((2.0 * uv[0] - 1.0) * half[0], (2.0 * uv[1] - 1.0) * half[1]);
-            let cos = 1.0 / (1.0 + x * x + y * y).sqrt();
-            cos * cos * cos
+            pixel_solid_angle([x - pixel[0], x + pixel[0]], [y - pixel[1], y + pixel[1]])
         };
-        let slide_area = 4.0 * half[0] * half[1];
-        let factor =
-            power.map_or(1.0, |p| p / (slide_area * image.mean(|rgb, uv| image.luminance(rgb) * cos3(uv))));
+        let factor = power
+            .map_or(1.0, |p| p / (n_pixels * image.mean(|rgb, uv| image.luminance(rgb) * solid_angle(uv))));
         let slide = ImageEmission::new(image, scale * factor, Lookup::Nearest, self.colors);
         let weights: Vec<f32> = slide
             .image()
@@ -310,7 +311,8 @@ impl<'b> Placed<'b> {
             .enumerate()
             .map(|(i, &rgb)| {
                 let center = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
-                slide.size_of(rgb) * cos3([center[0] / width as f32, center[1] / height as f32])
+                let uv = [center[0] / width as f32, center[1] / height as f32];
+                slide.size_of(rgb) * solid_angle(uv) * n_pixels
             })
             .collect();
         let distribution = PiecewiseConstant2D::new(&weights, width)?;
@@ -341,8 +343,13 @@ impl<'b> Placed<'b> {
     }
 }
 
-fn start_of(t: &AnimatedTransform) -> Transform {
-    t.start()
+/// Solid angle of a rectangle on the plane z = 1, seen from the origin.
+fn pixel_solid_angle(x: [f32; 2], y: [f32; 2]) -> f32 {
+    let corner = |x: f32, y: f32| {
+        let (x, y) = (f64::from(x), f64::from(y));
+        trig::f64::atan2(x * y, (1.0 + x * x + y * y).sqrt())
+    };
+    (corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])) as f32
 }
 
 fn check_pixels(image: &LightImage, span: Span, sink: &mut Sink) {

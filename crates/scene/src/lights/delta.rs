@@ -54,7 +54,7 @@ pub(crate) struct ProjectionLight {
     pub(super) slide: ImageEmission,
     /// Half extent of the slide on the plane z = 1.
     pub(super) half: [f32; 2],
-    /// Over the slide, by pixel times cos³ θ.
+    /// Over the slide, by pixel times its solid angle; its integral is the power.
     pub(super) distribution: PiecewiseConstant2D,
 }
 

@@ -140,16 +140,20 @@ impl ImageEmission {
 
     /// At a place of the unit square, v down.
     pub(crate) fn eval(&self, uv: [f32; 2], wavelengths: &Wavelengths) -> Spectrum {
-        let rgb = match self.lookup {
-            Lookup::Nearest => self.image.nearest(uv),
-            Lookup::Bilinear => self.image.bilinear(uv, |x, n| x.clamp(0, n - 1)),
-            Lookup::BilinearRound => self.image.bilinear(uv, i64::rem_euclid),
-        };
+        let rgb = self.rgb(uv);
         match self.colors.mode {
             ColorMode::Rgb => Spectrum::from_rgb(rgb.map(|c| c * self.scale)),
             ColorMode::Spectral => {
                 self.colors.texel_illuminant(self.image.space, rgb, wavelengths) * self.scale
             }
+        }
+    }
+
+    fn rgb(&self, uv: [f32; 2]) -> [f32; 3] {
+        match self.lookup {
+            Lookup::Nearest => self.image.nearest(uv),
+            Lookup::Bilinear => self.image.bilinear(uv, |x, n| x.clamp(0, n - 1)),
+            Lookup::BilinearRound => self.image.bilinear(uv, i64::rem_euclid),
         }
     }
 
@@ -204,6 +208,18 @@ impl Emission {
     /// Where there is no surface to vary over.
     pub(crate) fn value(&self, wavelengths: &Wavelengths) -> Spectrum {
         self.eval(Vec2::ZERO, wavelengths)
+    }
+
+    pub(crate) fn is_image(&self) -> bool {
+        matches!(self.source, Source::Image(_))
+    }
+
+    /// Mean over R, G and B at a place of a surface.
+    pub(crate) fn size_at(&self, uv: Vec2) -> f32 {
+        match &self.source {
+            Source::Value(_) => self.mean,
+            Source::Image(image) => image.size_of(image.rgb([uv.x, 1.0 - uv.y])),
+        }
     }
 
     /// Mean over R, G and B (and the image): the size that power is measured with. A white of luminance one has one.

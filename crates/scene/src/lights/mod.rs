@@ -173,7 +173,8 @@ impl Lights {
     }
 
     /// Emitted power, in the units of R, G and B's mean; of light from infinity, what passes the sphere around the
-    /// scene. Zero only for lights that emit nothing.
+    /// scene. Zero only for lights that emit nothing. Of a light with an image under a map that scales unevenly, an
+    /// estimate (as if the map kept angles).
     #[must_use]
     pub fn power(&self, light: LightId) -> f32 {
         self.power[light.index()]
@@ -191,6 +192,22 @@ impl Lights {
             | Light::Distant(_) => true,
             Light::InfiniteConstant(_) | Light::InfiniteImage(_) => false,
             Light::Area(a) => !a.visible,
+        }
+    }
+
+    /// Does its light come from outside of the scene: a distant or an infinite light that emits?
+    #[must_use]
+    pub fn is_from_infinity(&self, light: LightId) -> bool {
+        match &self.list[light.index()] {
+            Light::Distant(_) | Light::InfiniteConstant(_) | Light::InfiniteImage(_) => {
+                self.power(light) > 0.0
+            }
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Area(_) => false,
         }
     }
 

@@ -153,13 +153,12 @@ impl Lights {
             Light::Point(l) => 2.0 * TAU * l.intensity.mean(),
             Light::Spot(l) => l.solid_angle() * l.intensity.mean(),
             Light::Goniometric(l) => 2.0 * TAU * l.factor.mean() * l.intensity.mean(),
-            Light::Projection(l) => l.slide_area() * l.distribution.integral() as f32,
+            Light::Projection(l) => l.distribution.integral() as f32,
             Light::Distant(l) => disk * l.irradiance.mean(),
             Light::InfiniteConstant(l) => disk * 2.0 * TAU * l.radiance.mean(),
             Light::InfiniteImage(l) => disk * 2.0 * TAU * l.mean(),
             Light::Area(l) => {
-                let mean = self.emissions[l.emission as usize].mean() * l.factor;
-                PI * l.sides() * l.emitter.area() * mean
+                PI * l.sides() * l.emitter.area() * l.mean(&self.emissions[l.emission as usize])
             }
         };
         if power.is_finite() { power.max(0.0) } else { f32::MAX }
