@@ -7,11 +7,12 @@ use crate::build::{self, BuildOptions, Item, LeafCost};
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Shape};
 use crate::hit::{Best, Hit};
+use crate::kernels::memory;
 use crate::layout::{ChildRef, FILTER_BIT, MAX_ITEMS, MixedLeaf, Node8, TriBlock, WIDTH, WideTree};
 use crate::primitive::{self, Curve, MovingTriangle, PIECES, Primitive, triangle};
 
 /// A leaf of eight triangles against a node visit, measured; see `docs/performance.md`.
-const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.2, per_item: 0.0 };
+const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.0, per_item: 0.0 };
 
 /// The bottom level: many geometries, one tree.
 #[derive(Clone, Debug)]
@@ -114,7 +115,9 @@ impl Blas {
             mixed.push(MixedLeaf { block: reference, first, count });
             ChildRef::mixed(mixed.len() - 1)
         });
-        blas.blocks = wanted.par_iter().map(|block| blas.fill(block, geometries)).collect();
+        let mut blocks = memory::with_capacity(wanted.len());
+        wanted.par_iter().map(|block| blas.fill(block, geometries)).collect_into_vec(&mut blocks);
+        blas.blocks = blocks;
         Ok(blas)
     }
 

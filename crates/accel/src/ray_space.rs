@@ -72,8 +72,10 @@ impl RaySpace {
             return None;
         }
         let shear = [d[k[0]] / d[fast], d[k[1]] / d[fast]];
-        let reach = max((bounds.min[fast] - a[fast]).abs(), (bounds.max[fast] - a[fast]).abs());
-        let drift = (8.0 * f32::EPSILON) * reach / d[fast].abs();
+        // (An array's index is an address; that of a `Vec3` is a branch, and a bad one to predict.)
+        let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
+        let reach = max((low[fast] - a[fast]).abs(), (high[fast] - a[fast]).abs());
+        let drift = (8.0 * f32::EPSILON) * reach * inv[fast].abs();
         let o_far = [0, 1, 2].map(|i| {
             let back = max(max(drift * d[i].abs(), a[i].abs() * (2.0 * f32::EPSILON)), 1e-18);
             a[i] - back.copysign(inv[i])

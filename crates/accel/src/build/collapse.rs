@@ -9,6 +9,7 @@
 
 use super::LeafCost;
 use super::binary::{BinaryNode, Box4, Item, children};
+use crate::kernels::memory;
 use crate::layout::{ChildRef, Node8, WIDTH, WideTree};
 
 /// Smaller subtrees are not worth a task.
@@ -135,20 +136,30 @@ impl Reader<'_> {
     }
 }
 
-/// Wide nodes on the longest way down.
-pub(crate) fn depth(nodes: &[BinaryNode], plans: &[Plan]) -> usize {
+/// The size of a wide tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Size {
+    /// Nodes on the longest way down.
+    pub(crate) depth: usize,
+    /// All inner nodes.
+    pub(crate) nodes: usize,
+}
+
+/// The size of the tree that the plan stands for.
+pub(crate) fn size(nodes: &[BinaryNode], plans: &[Plan]) -> Size {
     let reader = Reader { nodes, plans };
-    let (mut stack, mut deepest) = (vec![(Sub { node: 0, first: 0 }, 0)], 0);
+    let (mut stack, mut size) = (vec![(Sub { node: 0, first: 0 }, 0)], Size::default());
     let mut below = Vec::new();
     while let Some((s, depth)) = stack.pop() {
-        deepest = deepest.max(depth);
+        size.depth = size.depth.max(depth);
         if !reader.is_leaf(s) {
+            size.nodes += 1;
             below.clear();
             reader.wide_children(s, &mut below);
             stack.extend(below.iter().map(|&c| (c, depth + 1)));
         }
     }
-    deepest
+    size
 }
 
 /// Writes the wide tree in preorder.
@@ -156,14 +167,15 @@ pub(crate) fn emit(
     nodes: &[BinaryNode],
     plans: &[Plan],
     items: &[Item],
+    size: Size,
     leaf: &mut dyn FnMut(&[Item]) -> ChildRef,
 ) -> WideTree {
     let area = nodes[0].bounds.half_area();
     let cost = if area > 0.0 { plans[0].cost[0] / area } else { 0.0 };
-    let mut writer = Writer { reader: Reader { nodes, plans }, items, leaf, out: Vec::new() };
+    let mut writer =
+        Writer { reader: Reader { nodes, plans }, items, leaf, out: memory::with_capacity(size.nodes) };
     let root = writer.write(Sub { node: 0, first: 0 });
-    let mut nodes = writer.out;
-    nodes.shrink_to_fit();
+    let nodes = writer.out;
     WideTree { nodes, root, cost }
 }
 
@@ -221,7 +233,7 @@ mod tests {
         let cost = LeafCost { max_items: 8, fixed: 1.0, per_item: 0.0 };
         let plans = plan(&nodes, &cost);
         let mut leaves: Vec<Vec<u32>> = Vec::new();
-        let tree = emit(&nodes, &plans, &items, &mut |leaf| {
+        let tree = emit(&nodes, &plans, &items, size(&nodes, &plans), &mut |leaf| {
             leaves.push(leaf.iter().map(Item::id).collect());
             ChildRef::block(leaves.len() - 1)
         });
@@ -246,6 +258,7 @@ mod tests {
             }
         }
         assert!(seen.iter().all(|&n| n == 1));
-        assert!(depth(&nodes, &plans) < 12);
+        let size = size(&nodes, &plans);
+        assert!(size.depth < 12 && size.nodes == tree.nodes.len());
     }
 }

@@ -80,12 +80,15 @@ pub(crate) fn build(
             }
         }
     };
-    let plan = if collapse::depth(&plan.nodes, &plan.plans) <= MAX_DEPTH {
-        plan
-    } else {
-        Planned::new(sah::build(items, sah::Split::Halves), cost)
+    let (plan, size) = match collapse::size(&plan.nodes, &plan.plans) {
+        size if size.depth <= MAX_DEPTH => (plan, size),
+        _ => {
+            let plan = Planned::new(sah::build(items, sah::Split::Halves), cost);
+            let size = collapse::size(&plan.nodes, &plan.plans);
+            (plan, size)
+        }
     };
-    collapse::emit(&plan.nodes, &plan.plans, items, leaf)
+    collapse::emit(&plan.nodes, &plan.plans, items, size, leaf)
 }
 
 /// A binary tree and how to collapse it.

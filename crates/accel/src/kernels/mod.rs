@@ -4,6 +4,7 @@
 //! others on registers. Nothing is fused and every minimum is the processor's, so that all give the same bits.
 
 mod lanes;
+pub(crate) mod memory;
 mod scalar;
 mod traverse;
 #[cfg(target_arch = "x86_64")]

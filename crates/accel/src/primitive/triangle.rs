@@ -30,9 +30,10 @@ pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
-    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let det = u + v + w;
-    if !inside || det == 0.0 {
+    // No short circuits: which way round the corners are is a coin toss.
+    let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
+    if !inside | (det == 0.0) {
         return None;
     }
 
@@ -42,9 +43,9 @@ pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -
     Some((t, (v / det) as f32, (w / det) as f32))
 }
 
-/// `t = N · (p₀ − o) / N · d`; `None` if the plane is parallel to the ray.
+/// Numerator and denominator of `t = N · (p₀ − o) / N · d`.
 #[inline(always)]
-fn plane_t(ray: &RaySpace, p: &[[f32; 3]; 3]) -> Option<f64> {
+fn plane(ray: &RaySpace, p: &[[f32; 3]; 3]) -> (f64, f64) {
     let sub = |a: &[f32; 3], b: &[f32; 3]| -> [f64; 3] {
         std::array::from_fn(|i| f64::from(a[i]) - f64::from(b[i]))
     };
@@ -52,7 +53,7 @@ fn plane_t(ray: &RaySpace, p: &[[f32; 3]; 3]) -> Option<f64> {
     let n = [e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]];
     let along = n[0] * f64::from(ray.d[0]) + n[1] * f64::from(ray.d[1]) + n[2] * f64::from(ray.d[2]);
     let height = n[0] * to_p[0] + n[1] * to_p[1] + n[2] * to_p[2];
-    (along != 0.0).then(|| height / along)
+    (height, along)
 }
 
 /// Into the interval of the box; the entry where `t` is not a number.
