@@ -37,8 +37,12 @@ pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -
         return None;
     }
 
-    let t =
-        plane_t(ray, p).unwrap_or_else(|| (u * a[2] + v * b[2] + w * c[2]) / (det * f64::from(ray.d[kz])));
+    let (height, along) = plane(ray, p);
+    let t = if along == 0.0 {
+        (u * a[2] + v * b[2] + w * c[2]) / (det * f64::from(ray.d[kz]))
+    } else {
+        height / along
+    };
     let t = clamp(t, entry, exit);
     Some((t, (v / det) as f32, (w / det) as f32))
 }
