@@ -76,6 +76,9 @@ pub(crate) fn run(args: &RenderArgs) -> Done {
     let seconds = [start.elapsed().as_secs_f64(), load_seconds];
     let report = report(&job, &developed, &outcome, outputs, seconds, workers.len());
     tell(args, &report);
+    if let Some(e) = outcome.checkpoint_error {
+        return Err(e.into());
+    }
     Ok(if outcome.report.cancelled { Status::Interrupted } else { Status::Done })
 }
 
@@ -136,6 +139,7 @@ fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
     }
 }
 
+/// Writes everything that can be written; then says what could not.
 fn save(
     args: &RenderArgs,
     job: &Job<'_>,
@@ -144,18 +148,24 @@ fn save(
     workers: &Workers,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut outputs = Vec::new();
+    let mut failed = None;
+    let mut note = |path: &PathBuf, saved: Result<(), Error>| match saved {
+        Ok(()) => outputs.push(path.clone()),
+        Err(e) => failed = failed.take().or(Some(e)),
+    };
     if let Some(path) = &args.partial {
-        job.film().save(path).map_err(Error::from)?;
-        outputs.push(path.clone());
+        note(path, job.film().save(path).map_err(Error::from));
     }
     if !pictures.is_empty() {
         let picture = render::picture(job.film(), developed).map_err(Failure::failed)?;
         for path in pictures {
-            workers.install(|| render::save_picture(path, &picture, args.exposure))?;
-            outputs.push(path.clone());
+            note(path, workers.install(|| render::save_picture(path, &picture, args.exposure)));
         }
     }
-    Ok(outputs)
+    match failed {
+        None => Ok(outputs),
+        Some(e) => Err(e.into()),
+    }
 }
 
 /// Names the bad samples, and how to walk the first of them again.

@@ -30,6 +30,22 @@ pub enum Error {
         /// Why.
         reason: String,
     },
+    /// A film that does not fit into memory.
+    #[error(
+        "a film of {width} x {height} pixels needs {:.1} GiB of memory, and {:.1} GiB are free: \
+         take a lower resolution, or render crops",
+        gib(*needed), gib(*available)
+    )]
+    Memory {
+        /// Columns of the crop.
+        width: usize,
+        /// Rows of the crop.
+        height: usize,
+        /// In bytes.
+        needed: u64,
+        /// In bytes.
+        available: u64,
+    },
     /// A checkpoint that does not fit.
     #[error("{} cannot be resumed: {reason}", path.display())]
     Resume {
@@ -40,12 +56,16 @@ pub enum Error {
     },
 }
 
+fn gib(bytes: u64) -> f64 {
+    bytes as f64 / (1_u64 << 30) as f64
+}
+
 impl Error {
     /// Is it about what was given (a name, a setting, a file to go on from), not about the machine?
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {
-            Self::Parameter(_) | Self::Resume { .. } => true,
+            Self::Parameter(_) | Self::Resume { .. } | Self::Memory { .. } => true,
             Self::Film(e) => !matches!(e, film::Error::Io { .. }),
             Self::Threads { .. } | Self::Output { .. } => false,
         }

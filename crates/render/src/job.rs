@@ -10,6 +10,7 @@ use scene_desc::{FilterDesc, IntegratorDesc, LightSelection, ParameterValue};
 use crate::cells::TILE_SIDE;
 use crate::checkpoint::Checkpoint;
 use crate::events::{Cancel, Event};
+use crate::memory;
 use crate::open::SCENE_SETTINGS;
 use crate::output::VERSION;
 use crate::run::{Checkpointer, Control, Passes, RunReport, run};
@@ -65,6 +66,7 @@ impl<'s> Job<'s> {
     /// The integrator or a parameter does not exist, or there is no memory for the film.
     pub fn new(scene: &'s Scene, method: &Method) -> Result<Self, Error> {
         let (bound, settings) = bind(scene, method)?;
+        memory::check(&settings, 2)?;
         Ok(Self { bound, film: Film::new(settings)? })
     }
 
@@ -77,7 +79,7 @@ impl<'s> Job<'s> {
     /// Renders what `stop` asks for and the film does not have yet, with checkpoints if wanted.
     ///
     /// # Errors
-    /// See [`run`]; also a checkpoint that does not fit, or cannot be written.
+    /// See [`run`]; also a checkpoint that does not fit.
     pub fn render(
         &mut self,
         stop: &Stop,
@@ -98,15 +100,14 @@ impl<'s> Job<'s> {
             Some(checkpoint) => Ok(film.save(&checkpoint.path)?),
             None => Ok(()),
         };
-        let checkpointer = checkpoint.map(|c| Checkpointer { every: c.every, save: &mut save });
+        let checkpointer =
+            checkpoint.map(|c| Checkpointer { path: &c.path, every: c.every, save: &mut save });
         let control = Control { cancel: cancel.clone(), checkpoint: checkpointer, on_event };
         let report = run(&mut self.bound, &self.film, stop, workers, control)?;
 
         // Once more at the end, so that a later call can go on from here.
-        if report.passes > 0 {
-            save(&self.film)?;
-        }
-        Ok(Outcome { report, passes_resumed })
+        let checkpoint_error = if report.passes > 0 { save(&self.film).err() } else { None };
+        Ok(Outcome { report, passes_resumed, checkpoint_error })
     }
 
     /// Walks one camera path again: what its pixel gives in a pass. The pixel may lie in the filter's border around the film.
@@ -147,12 +148,14 @@ impl<'s> Job<'s> {
 }
 
 /// What a render did.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Outcome {
     /// What this run did.
     pub report: RunReport,
     /// Passes that came from the checkpoint.
     pub passes_resumed: u64,
+    /// Why the last checkpoint was not written. The film is complete all the same.
+    pub checkpoint_error: Option<Error>,
 }
 
 /// A path that was walked again.

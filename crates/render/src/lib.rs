@@ -13,6 +13,7 @@ mod checkpoint;
 mod error;
 mod events;
 mod job;
+mod memory;
 mod open;
 mod output;
 mod run;

@@ -4,6 +4,7 @@
 //! The one lock that all share is taken twice per task, that is per some thousand paths.
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
@@ -36,7 +37,7 @@ pub trait Passes: Send + Sync {
 pub struct Control<'a> {
     /// Stops it.
     pub cancel: Cancel,
-    /// Saves the film every so often; an error ends the render.
+    /// Saves the film every so often; an error is a warning, for the render is worth more than its checkpoint.
     pub checkpoint: Option<Checkpointer<'a>>,
     /// Hears how it goes.
     pub on_event: &'a mut dyn FnMut(Event<'_>),
@@ -44,6 +45,8 @@ pub struct Control<'a> {
 
 /// Saves a film while it is rendered.
 pub struct Checkpointer<'a> {
+    /// Where, for events.
+    pub path: &'a Path,
     /// How often.
     pub every: Duration,
     /// How. The film does not change meanwhile.
@@ -67,7 +70,7 @@ pub struct RunReport {
 /// on how passes are split over calls.
 ///
 /// # Errors
-/// No memory, no threads, or a checkpoint that cannot be saved.
+/// No memory or no threads.
 pub fn run(
     passes: &mut dyn Passes,
     film: &Film,

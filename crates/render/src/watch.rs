@@ -56,7 +56,7 @@ impl<'a, 'c> Watch<'a, 'c> {
                 state = self.shared.lock();
             }
             if self.is_time_to_save(&state) {
-                state = self.save(state)?;
+                state = self.save(state);
             }
         }
         self.end(state)
@@ -118,24 +118,26 @@ impl<'a, 'c> Watch<'a, 'c> {
     }
 
     /// Waits until the film holds whole passes only, saves it while the workers go on with cells, and lets them fold again.
-    fn save(&mut self, mut state: MutexGuard<'a, State>) -> Result<MutexGuard<'a, State>, Error> {
+    fn save(&mut self, mut state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
         while !state.schedule.hold() && !state.is_over() {
             state = self.shared.news.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner).0;
         }
         drop(state);
-        let saved = match &mut self.control.checkpoint {
-            Some(checkpoint) if !self.shared.film.passes().is_empty() => (checkpoint.save)(self.shared.film),
-            Some(_) | None => Ok(()),
-        };
+        if let Some(checkpoint) = &mut self.control.checkpoint
+            && !self.shared.film.passes().is_empty()
+        {
+            let passes = self.shared.film.passes().len();
+            match (checkpoint.save)(self.shared.film) {
+                Ok(()) => (self.control.on_event)(Event::Checkpoint { path: checkpoint.path, passes }),
+                Err(e) => (self.control.on_event)(Event::Warning(&format!("{e}; the render goes on"))),
+            }
+        }
         self.saved = Instant::now();
 
         let mut state = self.shared.lock();
         state.schedule.release();
-        if saved.is_err() {
-            state.schedule.abort();
-        }
         self.shared.work.notify_all();
-        saved.map(|()| state)
+        state
     }
 
     fn end(self, mut state: MutexGuard<'_, State>) -> Result<RunReport, Error> {
