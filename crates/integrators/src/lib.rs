@@ -10,6 +10,7 @@ mod ao;
 mod cell;
 mod common;
 mod direct;
+mod light;
 mod path;
 mod recursive;
 mod registry;

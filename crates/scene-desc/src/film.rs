@@ -99,6 +99,21 @@ pub enum FilterDesc {
     },
 }
 
+impl FilterDesc {
+    /// How many pixels away from its own a sample may still count.
+    #[must_use]
+    pub fn reach(&self) -> u32 {
+        let [x, y] = match *self {
+            Self::Box { radius }
+            | Self::Triangle { radius }
+            | Self::Gaussian { radius, .. }
+            | Self::Mitchell { radius, .. }
+            | Self::Sinc { radius, .. } => radius,
+        };
+        (x.max(y) - 0.5).ceil().max(0.0) as u32
+    }
+}
+
 impl Default for FilterDesc {
     /// pbrt-v4's default.
     fn default() -> Self {

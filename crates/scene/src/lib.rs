@@ -15,7 +15,7 @@ mod scene;
 mod shapes;
 mod textures;
 
-pub use cameras::{Camera, CameraConnection, CameraRay};
+pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
 pub use compile::{CompileOptions, compile};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};

@@ -66,6 +66,14 @@ pub struct SceneSettings {
     pub counts: SceneCounts,
 }
 
+impl SceneSettings {
+    /// The pixels that camera samples are needed in: the crop and a border, as wide as the filter reaches.
+    #[must_use]
+    pub fn sample_bounds(&self) -> Bounds2i {
+        self.crop.expand(self.filter.reach() as i32)
+    }
+}
+
 /// What is in a scene, and what it costs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SceneCounts {

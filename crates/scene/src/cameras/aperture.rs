@@ -54,6 +54,15 @@ impl Aperture {
         }
     }
 
+    /// Is the point of the lens plane in the opening?
+    pub(super) fn contains(&self, p: Vec2) -> bool {
+        match self {
+            Self::Point => false,
+            Self::Disk { radius } => p.length_squared() < radius * radius,
+            Self::Polygon { fan, radius } => fan.contains(p / *radius),
+        }
+    }
+
     /// Density of [`Aperture::sample`] in camera space; `None` for a point.
     pub(super) fn pdf(&self) -> Option<Pdf<Area>> {
         match self {
@@ -94,6 +103,15 @@ impl Fan {
         self.area_until.last().copied().unwrap_or(0.0)
     }
 
+    fn contains(&self, p: Vec2) -> bool {
+        (0..self.corners.len()).any(|i| {
+            let (a, b) = (self.corners[i], self.corners[(i + 1) % self.corners.len()]);
+            let side = |a: Vec2, b: Vec2| (b - a).perp_dot(p - a);
+            let sides = [side(self.center, a), side(a, b), side(b, self.center)];
+            sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)
+        })
+    }
+
     fn sample(&self, u: [f32; 2]) -> Vec2 {
         // Pick a triangle by area and use what is left of the number again.
         let x = u[0] * self.area();
@@ -123,10 +141,12 @@ mod tests {
             .filter(|i| {
                 let u = [(i % n) as f32 + 0.5, (i / n) as f32 + 0.5].map(|x| x / n as f32);
                 let p = lens.sample(u);
+                assert!(lens.contains(p));
                 assert!(p.x >= -1e-5 && p.y >= -1e-5 && p.x + p.y <= 2.0 + 1e-5);
                 p.x + p.y < 1.0
             })
             .count();
         assert!((inside as f32 / (n * n) as f32 - 0.25).abs() < 0.01);
+        assert!(!lens.contains(Vec2::new(1.1, 1.1)) && !lens.contains(Vec2::new(-0.1, 0.5)));
     }
 }

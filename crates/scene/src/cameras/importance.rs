@@ -140,9 +140,10 @@ fn spherical(camera: &Camera, mapping: SphericalMapping, d: Vec3) -> ([f32; 2], 
 }
 
 impl Camera {
-    /// The place, if it is on the film.
+    /// The place, if it is on the film or its border.
     fn on_film(&self, raster: [f32; 2]) -> Option<[f32; 2]> {
-        let inside = |a: usize| raster[a] >= 0.0 && raster[a] < self.resolution[a] as f32;
+        let inside =
+            |a: usize| raster[a] >= -self.border && raster[a] < self.resolution[a] as f32 + self.border;
         (inside(0) && inside(1)).then_some(raster)
     }
 }

@@ -40,6 +40,8 @@ pub struct Camera {
     placement: Placement,
     shutter: [f32; 2],
     resolution: [u32; 2],
+    /// How far outside of the film, in pixels, light still counts: as far as the pixel filter reaches.
+    border: f32,
     differentials: PixelDifferentials,
 }
 
@@ -76,6 +78,21 @@ pub struct CameraRay {
     pub ray: Ray,
     /// What the radiance that comes along it counts; 1 for every camera here.
     pub weight: f32,
+}
+
+/// A ray that arrives at the lens from the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct LensHit {
+    /// Where on the lens.
+    pub p: Point,
+    /// Distance along the ray.
+    pub t: f32,
+    /// The camera's forward direction.
+    pub n: Dir,
+    /// Where on the film it falls.
+    pub raster: [f32; 2],
+    /// Importance `We`.
+    pub we: f32,
 }
 
 /// A connection from a point in the scene to the camera.
@@ -141,7 +158,14 @@ impl Camera {
         let shutter = [desc.shutter_open.min(desc.shutter_close), desc.shutter_open.max(desc.shutter_close)];
         let placement = Placement::new(&desc.world_from_camera)?;
         let differentials = PixelDifferentials::of(&projection, resolution);
-        Some(Self { projection, placement, shutter, resolution, differentials })
+        Some(Self { projection, placement, shutter, resolution, border: 0.0, differentials })
+    }
+
+    /// With importance that goes on for `pixels` around the film, so that what a filter as wide gathers at the
+    /// film's border is the same for light paths as for camera samples.
+    #[must_use]
+    pub fn with_border(self, pixels: u32) -> Self {
+        Self { border: pixels as f32, ..self }
     }
 
     /// Width and height of the full film in pixels.
@@ -235,6 +259,26 @@ impl Camera {
     pub fn sample_importance(&self, p: Point, time: f32, u_lens: [f32; 2]) -> Option<CameraConnection> {
         let pose = self.placement.at(time);
         importance::connect(self, pose.as_ref(), p, time, u_lens)
+    }
+
+    /// Where a ray passes the lens on its way in, before `t_max`; `None` if it misses the lens or what it sees is
+    /// off the film, and for cameras without a lens of positive size.
+    #[must_use]
+    pub fn lens_hit(&self, ray: &Ray, t_max: f32) -> Option<LensHit> {
+        let Projection::Perspective { lens, .. } = &self.projection else { return None };
+        if lens.is_point() {
+            return None;
+        }
+        let pose = self.placement.at(ray.time);
+        let (o, d) = (pose.camera_point(ray.origin), pose.camera_vector(ray.dir.0));
+        let t = -o.z / d.z;
+        let on_lens = d.z < 0.0 && t > 0.0 && t < t_max && lens.contains((o + d * t).truncate());
+        if !on_lens {
+            return None;
+        }
+        let p = ray.at(t);
+        let (we, raster) = self.importance(&Ray::new(p, -ray.dir, ray.time))?;
+        Some(LensHit { p, t, n: pose.forward(), raster, we })
     }
 
     /// How far apart neighbouring pixels' rays fall on a surface at `p` with normal `n`, from the camera's least

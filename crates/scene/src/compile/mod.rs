@@ -34,7 +34,7 @@ pub struct CompileOptions {
 #[must_use]
 pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> Option<Scene> {
     let (resolution, crop) = film_bounds(desc, options, sink)?;
-    let camera = Camera::compile(&desc.camera, resolution);
+    let camera = Camera::compile(&desc.camera, resolution).map(|c| c.with_border(desc.filter.reach()));
     if camera.is_none() {
         sink.error(desc.camera.span, "this camera has no meaning")
             .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");

@@ -1,0 +1,109 @@
+//! Every pair of unbiased integrators agrees on every small scene: Welch tests over the means of tiles, both sides
+//! noisy. All tests of this file are one family with a false-alarm rate of 1 % (Šidák).
+//!
+//! What a method cannot see is said in the table, tile by tile (3 × 3 of them, row by row from the top left).
+
+mod common;
+
+use common::{Estimate, estimate, scene, worst};
+use testkit::statistics::sidak;
+
+/// Tests in the family: 10 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
+const FAMILY: usize = 12 * 10 * 9 * 3;
+
+/// An integrator with its work.
+struct Method {
+    name: &'static str,
+    set: &'static [&'static str],
+    /// Passes per batch.
+    passes: u32,
+    /// Tiles that it cannot see.
+    blind: &'static [usize],
+}
+
+const fn method(name: &'static str, passes: u32) -> Method {
+    Method { name, set: &["max_depth=4"], passes, blind: &[] }
+}
+
+/// Batches of passes, whose means are nearly normal.
+const BATCHES: u32 = 24;
+
+fn all_agree(name: &str, spectral: bool, methods: &[Method]) {
+    let scene = scene(name, spectral);
+    let estimates: Vec<Estimate> =
+        methods.iter().map(|m| estimate(&scene, m.name, m.set, BATCHES, m.passes)).collect();
+    let alpha = sidak(0.01, FAMILY);
+    let mut failures = String::new();
+    for (i, a) in estimates.iter().enumerate() {
+        for (j, b) in estimates.iter().enumerate().skip(i + 1) {
+            let blind = [methods[i].blind, methods[j].blind].concat();
+            let (tile, t) = worst(a, b, &blind);
+            let [ma, mb] = [a, b].map(|e| e.tiles[tile].mean());
+            let line = format!(
+                "{name}: {} and {}: tile {} colour {}: {ma:.5} and {mb:.5} ({:+.2} %), t = {:.2}, p = {:.1e}",
+                a.label,
+                b.label,
+                tile / 3,
+                tile % 3,
+                100.0 * (ma / mb - 1.0),
+                t.statistic,
+                t.p_value
+            );
+            println!("{line}");
+            if !t.is_consistent(alpha) {
+                failures += &line;
+                failures.push('\n');
+            }
+        }
+    }
+    assert!(failures.is_empty(), "p < {alpha:.1e}:\n{failures}");
+}
+
+fn methods() -> Vec<Method> {
+    vec![method("path", 6), method("recursive", 3), method("light", 8)]
+}
+
+#[test]
+fn on_a_large_lamp_with_metal_and_a_coat() {
+    all_agree("large-lamp", false, &methods());
+}
+
+#[test]
+fn on_a_small_lamp_and_a_translucent_ball() {
+    all_agree("small-lamp", false, &methods());
+}
+
+#[test]
+fn on_a_sky_and_a_sun() {
+    all_agree("sky", false, &methods());
+}
+
+#[test]
+fn on_points_and_spots() {
+    all_agree("points", false, &methods());
+}
+
+#[test]
+fn on_rough_glass() {
+    all_agree("rough-glass", false, &methods());
+}
+
+#[test]
+fn on_shading_normals() {
+    all_agree("shading-normals", false, &methods());
+}
+
+#[test]
+fn on_a_lens_and_motion() {
+    all_agree("lens-and-motion", false, &methods());
+}
+
+#[test]
+fn on_instances_cut_outs_and_borders() {
+    all_agree("instances", false, &methods());
+}
+
+#[test]
+fn on_many_lamps() {
+    all_agree("many-lamps", false, &methods());
+}

@@ -1,0 +1,122 @@
+//! Renders small scenes for tests, and compares what integrators say of them.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
+#![allow(dead_code, reason = "every test binary uses its part")]
+
+use std::path::Path;
+
+use film::{Film, FilmSettings, Filter, Sign};
+use math::Bounds2i;
+use scene::{CompileOptions, Scene, compile};
+use scene_desc::{FilterDesc, ParameterValue, Sink};
+use steradian_integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext, create};
+use testkit::statistics::{Moments, TestResult, welch_test};
+
+/// A scene of `tests/scenes`.
+pub(crate) fn scene(name: &str, spectral: bool) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes").join(format!("{name}.pbrt"));
+    let mut sink = Sink::default();
+    let desc = formats::load(&path, &mut sink);
+    let scene = desc.and_then(|d| compile(&d, &CompileOptions { spectral, ..Default::default() }, &mut sink));
+    scene.unwrap_or_else(|| panic!("{}", sink.render()))
+}
+
+/// An integrator with parameters as `name=value`, over those of the scene.
+pub(crate) fn integrator(scene: &Scene, name: &str, set: &[&str], seed: u64) -> Box<dyn Integrator> {
+    let text = |s: &str| ParameterValue::Text(s.to_owned());
+    let given: Vec<_> = set.iter().filter_map(|s| s.split_once('=')).map(|(k, v)| (k, text(v))).collect();
+    let making = Making { scene, sampler: &scene.settings().sampler, seed };
+    create(name, given.iter().map(|(k, v)| (*k, v)), &making).unwrap().0
+}
+
+/// Renders passes and gives the mean of every square of `side` pixels and colour.
+pub(crate) fn tile_means(
+    scene: &Scene,
+    integrator: &mut dyn Integrator,
+    passes: std::ops::Range<u32>,
+    side: usize,
+) -> Vec<f64> {
+    let settings = scene.settings();
+    let film = Film::new(FilmSettings {
+        splats: integrator.splats(),
+        sign: Sign::Any,
+        ..FilmSettings::new(settings.resolution, filter(&settings.filter))
+    })
+    .unwrap();
+    let bounds = settings.sample_bounds();
+    assert_eq!(bounds, film.settings().sample_bounds());
+    let mut buffer = film.pass_buffer().unwrap();
+    let mut out = CellOutput { tile: film.tile(), splats: film.splat_list(), counters: Counters::default() };
+    for pass in passes {
+        let ctx = PassContext { scene, pass };
+        integrator.prepare(ctx);
+        buffer.begin(pass);
+        out.splats.begin(pass);
+        out.tile.begin(bounds, pass);
+        integrator.cell(ctx, Cell::Tile(bounds), &mut out);
+        for block in 0..integrator.light_blocks(scene) {
+            integrator.cell(ctx, Cell::LightBlock(block), &mut out);
+        }
+        buffer.add_tile(&out.tile);
+        buffer.add_splats(&mut out.splats);
+        film.add_pass(&mut buffer).unwrap();
+    }
+    assert_eq!(film.bad_samples().count(), 0, "bad samples: {:?}", film.bad_samples());
+    means(&film, settings.crop, side)
+}
+
+fn means(film: &Film, crop: Bounds2i, side: usize) -> Vec<f64> {
+    let image = film.develop();
+    let across = crop.width().div_ceil(side);
+    let tile_of = |i: usize| i / crop.width() / side * across + i % crop.width() / side;
+    let mut sums = vec![[0.0; 3]; across * crop.height().div_ceil(side)];
+    let mut counts = vec![0.0; sums.len()];
+    for (i, rgb) in image.mean.iter().enumerate() {
+        counts[tile_of(i)] += 1.0;
+        for c in 0..3 {
+            sums[tile_of(i)][c] += f64::from(rgb[c]);
+        }
+    }
+    sums.iter().zip(counts).flat_map(|(s, n)| s.map(|x| x / n)).collect()
+}
+
+fn filter(desc: &FilterDesc) -> Filter {
+    match *desc {
+        FilterDesc::Box { radius } => Filter::Box { radius },
+        FilterDesc::Gaussian { radius, sigma } => Filter::Gaussian { radius, sigma },
+        FilterDesc::Triangle { .. } | FilterDesc::Mitchell { .. } | FilterDesc::Sinc { .. } => {
+            panic!("no test scene has this filter")
+        }
+    }
+}
+
+/// What an integrator says of a scene: moments of every tile's mean over batches of passes.
+pub(crate) struct Estimate {
+    pub(crate) label: String,
+    pub(crate) tiles: Vec<Moments>,
+}
+
+/// Renders `batches` times `passes` passes.
+pub(crate) fn estimate(scene: &Scene, name: &str, set: &[&str], batches: u32, passes: u32) -> Estimate {
+    let mut it = integrator(scene, name, set, 7);
+    let mut tiles = Vec::new();
+    for b in 0..batches {
+        let values = tile_means(scene, it.as_mut(), b * passes..(b + 1) * passes, TILE);
+        tiles.resize(values.len(), Moments::default());
+        for (m, v) in tiles.iter_mut().zip(values) {
+            m.push(v);
+        }
+    }
+    Estimate { label: format!("{name} {}", set.join(" ")), tiles }
+}
+
+/// Side of a tile in pixels.
+pub(crate) const TILE: usize = 8;
+
+/// The tile and colour in which two estimates differ most.
+pub(crate) fn worst(a: &Estimate, b: &Estimate, masked: &[usize]) -> (usize, TestResult) {
+    let tests = a.tiles.iter().zip(&b.tiles).map(|(a, b)| welch_test(a, b)).enumerate();
+    tests
+        .filter(|(i, _)| !masked.contains(&(i / 3)))
+        .min_by(|a, b| a.1.p_value.total_cmp(&b.1.p_value))
+        .unwrap()
+}
