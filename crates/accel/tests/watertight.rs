@@ -8,7 +8,9 @@ use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Isa, Shape, accept_al
 
 fn accel(mesh: &Mesh) -> Accel {
     let shape = Shape::Mesh { positions: &mesh.positions, indices: &mesh.indices };
-    Accel::from_static(Blas::build(&[Geometry::opaque(shape)], &BuildOptions::default()).unwrap())
+    Accel::from_static(
+        Blas::build(&[Geometry::opaque(shape)], &BuildOptions::default()).expect("a proper mesh"),
+    )
 }
 
 /// Aims `n` rays from `origin` at points of edges and at vertices; counts those that leave.

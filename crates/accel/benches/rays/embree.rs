@@ -1,4 +1,4 @@
-//! Embree 4, loaded from its shared library at run time (for example that of the PyPI wheel `embreex`).
+//! Embree 4, loaded from its shared library at run time (for example that of the wheel `embreex`).
 #![allow(unsafe_code, reason = "a foreign library; see each SAFETY note")]
 
 use std::ffi::{CString, c_char, c_int, c_void};

@@ -1,4 +1,4 @@
-//! The cheapest 8-wide tree that a binary tree can be collapsed to, by dynamic programming [Ylitie2017, sec. 3.1].
+//! The cheapest 8-wide tree that a binary tree can be collapsed to, by dynamic programming [Ylitie2017].
 //!
 //! `C(n, i)` is the least cost of the subtree `n` as a forest of at most `i` roots:
 //!

@@ -1,7 +1,7 @@
 //! A sphere about the origin of its own space, or the part of one between two heights and within an angle.
 //!
 //! In double precision, with the discriminant taken at the point of the line nearest to the centre, which does not
-//! cancel [Hearn2004] as described in [PBR4e, sec. 6.8.3].
+//! cancel [PBR4e, sec. 6.8].
 
 use math::{Bounds, DVec3, Transform};
 

@@ -2,7 +2,7 @@
 //!
 //! | step | source |
 //! |------|--------|
-//! | shear, edge functions, their exact signs | [Woop2013], sec. 3 |
+//! | shear, edge functions, their exact signs | [Woop2013] |
 //! | `t` from the plane, in double precision | Cramer's rule |
 //!
 //! The kernels find candidates by edge functions in single precision, `U = fl(C_x B_y) − fl(C_y B_x)` without fusing.
