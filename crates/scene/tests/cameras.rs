@@ -1,5 +1,7 @@
 //! Laws of cameras: rays, importance and their densities agree; light tracing sees what path tracing sees.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 use math::{AnimatedTransform, DMat4, DVec3, Dir, Frame, Point, Ray, Transform, Vec2, Vec3};
 use scene_desc::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
 use steradian_scene::{Camera, CameraConnection};
@@ -250,7 +252,7 @@ fn a_footprint_is_an_eighth_of_the_distance_between_pixels() {
     // A plane across the view at z = 5: pixels are 10 tan(10°) / 400 apart; the least differential, at the
     // corner of the film, is smaller by the cosine squared there at most.
     let f = camera.approximate_footprint(Point::new(0.0, 0.0, 5.0), Dir(-Vec3::Z), 0.0);
-    let apart = 10.0 * (10.0_f32.to_radians()).tan() / 400.0 / 8.0;
+    let apart = 10.0 * math::trig::tan(10.0_f32.to_radians()) / 400.0 / 8.0;
     for d in [f.dpdx, f.dpdy] {
         assert!(d.length() < apart * 1.001 && d.length() > apart * 0.93, "{d:?} {apart}");
         assert!(d.z.abs() < 1e-4 * d.length());

@@ -1,7 +1,10 @@
 //! Laws of lights: samples follow their densities, both ways of meeting a light agree, powers and irradiances are
 //! those of closed forms.
 
-use std::f32::consts::{PI, TAU};
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use std::f32::consts::PI;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8};
 
 use math::{AnimatedTransform, Bounds, DVec3, Dir, Frame, Point, Transform, Vec2, Vec3, trig};
 use sampling::{Pdf, SolidAngle};
@@ -546,7 +549,9 @@ fn directions_of_infinite_lights_follow_their_density() {
 
 #[test]
 fn emitted_directions_follow_their_density() {
-    let lights = far_and_point_lights().into_iter().chain(emitters(true)).chain(emitters(false));
+    let two_sided = emitters(true).into_iter().take(3);
+    let lights =
+        far_and_point_lights().into_iter().chain(two_sided).chain(emitters(false).into_iter().skip(3));
     for (name, lights) in lights {
         // Frustums end sharply inside of cells; images with dark rows drop samples. Both have tests of their own.
         if name.contains("projection") || name.contains("distant") || name.contains("image") {
@@ -583,7 +588,7 @@ fn a_projectors_directions_follow_its_slide() {
     for t in [turned(), uneven()] {
         let kind = LightKind::Projection { image: ImageId(0), fov: 50.0, scale: 2.0, power: None };
         let lights = only_light(kind, t);
-        let half = f64::from(25.0_f32.to_radians().tan());
+        let half = f64::from(trig::tan(25.0_f32.to_radians()));
         let settings = Chi2Settings { cells: [16, 16], ..Chi2Settings::default() };
         let sample = |u| {
             let s = lights.sample_emission(FIRST, [0.5; 2], u, 0.0, &L)?;
@@ -626,9 +631,9 @@ fn irradiances_are_those_of_closed_forms() {
     let desc = area_desc(true);
     let mut cases: Vec<(String, Lights, f64)> = Vec::new();
     let truth = [
-        (0.0, 0.785_398_2),
+        (0.0, FRAC_PI_4),
         (30.0, 0.680_174_8),
-        (60.0, 0.392_699_1),
+        (60.0, FRAC_PI_8),
         (75.0, 0.221_200_9),
         (90.0, 0.090_586_1),
         (110.0, 0.006_753_1),
@@ -641,7 +646,7 @@ fn irradiances_are_those_of_closed_forms() {
         cases.push((format!("sphere at {theta}°"), only_emitter(sphere, false, &desc), e));
     }
     for (h, x, e) in [
-        (1.0, 0.0, 1.570_796_3),
+        (1.0, 0.0, FRAC_PI_2),
         (1.0, 0.5, 1.375_963_0),
         (1.0, 1.0, 0.868_314_9),
         (1.0, 2.0, 0.165_833_4),
@@ -838,5 +843,4 @@ fn what_cannot_shine_is_said() {
     assert!(lights.sample(LightId(1), &at(Point::new(0.0, 0.0, 1.0)), [0.5; 2], &L).is_none());
     assert!((lights.power(LightId(2)) - 0.5 * PI).abs() < 1e-5);
     assert!(lights.emission_pdf(LightId(1), Point::default(), None, Dir::Z).1.is_some());
-    let _ = TAU;
 }

@@ -10,7 +10,7 @@ use crate::linear_map::AffineMap;
 #[derive(Clone, Debug)]
 pub(super) enum Placement {
     Fixed(Pose),
-    Moving(AnimatedTransform),
+    Moving(Box<AnimatedTransform>),
 }
 
 /// The camera's place at one moment.
@@ -27,7 +27,7 @@ impl Placement {
     /// `None` if the transform is not finite or not affine.
     pub(super) fn new(t: &AnimatedTransform) -> Option<Self> {
         let (start, _) = (Pose::new(&t.start())?, Pose::new(&t.end())?);
-        Some(if t.is_animated() { Self::Moving(*t) } else { Self::Fixed(start) })
+        Some(if t.is_animated() { Self::Moving(Box::new(*t)) } else { Self::Fixed(start) })
     }
 
     #[inline]

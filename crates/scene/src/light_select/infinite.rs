@@ -33,6 +33,10 @@ impl InfiniteLights {
         Self { lights: all, probabilities, irradiance: sum }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+
     /// The probability of light from infinity, where finite lights have the importance `finite`.
     pub(super) fn share(&self, finite: f32) -> f32 {
         if self.lights.is_empty() {

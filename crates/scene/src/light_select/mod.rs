@@ -24,7 +24,7 @@ use scene_desc::LightSelection;
 use crate::lights::{LightBounds, Lights};
 use crate::{LightContext, LightId};
 
-use importance::Cluster;
+use importance::{Clusters, LANES};
 use infinite::InfiniteLights;
 use tree::Tree;
 
@@ -56,10 +56,17 @@ struct Spatial {
     infinite: InfiniteLights,
 }
 
+/// Few lights, weighed one by one.
+#[derive(Clone, Debug)]
+struct List {
+    lights: Vec<LightId>,
+    clusters: Vec<Clusters>,
+}
+
 /// Lights at finite places.
 #[derive(Clone, Debug)]
 enum Finite {
-    List(Vec<(LightId, Cluster)>),
+    List(List),
     Tree(Tree),
 }
 
@@ -129,7 +136,13 @@ impl Spatial {
         let bounded: Vec<(LightId, LightBounds)> =
             lights.ids().filter_map(|l| lights.light_bounds(l).map(|b| (l, b))).collect();
         let finite = if bounded.len() <= MOST_LISTED {
-            Finite::List(bounded.iter().map(|(l, b)| (*l, Cluster::new(b))).collect())
+            Finite::List(List {
+                lights: bounded.iter().map(|(l, _)| *l).collect(),
+                clusters: bounded
+                    .chunks(LANES)
+                    .map(|four| Clusters::new(four.iter().map(|b| &b.1)))
+                    .collect(),
+            })
         } else {
             Finite::Tree(Tree::new(&bounded, lights.len()))
         };
@@ -140,29 +153,38 @@ impl Spatial {
         match &self.finite {
             Finite::List(list) => {
                 let importances = Importances::new(list, context);
-                let u = match self.infinite_or_rest(importances.sum, u) {
-                    Choice::Infinite(chosen) => return chosen,
-                    Choice::Finite { u, probability } => (u, probability),
-                };
-                importances.choose(u.0).map(|(i, p)| (list[i].0, p * u.1))
-            }
-            Finite::Tree(tree) => match self.infinite_or_rest(tree.importance(context), u) {
-                Choice::Infinite(chosen) => chosen,
-                Choice::Finite { u, probability } => {
-                    tree.select(context, u).map(|(l, p)| (l, p * probability))
+                match self.infinite_or_rest(importances.sum, u) {
+                    Choice::Infinite(chosen) => chosen,
+                    Choice::Finite { u, probability } => {
+                        importances.choose(u).map(|(i, p)| (list.lights[i], p * probability))
+                    }
                 }
-            },
+            }
+            Finite::Tree(tree) => {
+                let root = tree.importances(context);
+                match self.infinite_or_rest(root.iter().sum(), u) {
+                    Choice::Infinite(chosen) => chosen,
+                    Choice::Finite { u, probability } => {
+                        tree.select(context, root, u).map(|(l, p)| (l, p * probability))
+                    }
+                }
+            }
         }
     }
 
     fn probability(&self, context: &LightContext, light: LightId) -> f32 {
+        // The sum of finite importances counts only beside light from infinity.
         let (sum, own) = match &self.finite {
             Finite::List(list) => {
                 let importances = Importances::new(list, context);
-                let own = list.iter().position(|(l, _)| *l == light).map(|i| importances.probability(i));
+                let own = list.lights.iter().position(|l| *l == light).map(|i| importances.probability(i));
                 (importances.sum, own)
             }
-            Finite::Tree(tree) => (tree.importance(context), tree.probability(context, light)),
+            Finite::Tree(tree) => {
+                let has_infinite = !self.infinite.is_empty();
+                let sum = if has_infinite { tree.importances(context).iter().sum() } else { 1.0 };
+                (sum, tree.probability(context, light))
+            }
         };
         let infinite = self.infinite.share(sum);
         match own {
@@ -201,14 +223,12 @@ struct Importances {
 }
 
 impl Importances {
-    fn new(list: &[(LightId, Cluster)], context: &LightContext) -> Self {
+    fn new(list: &List, context: &LightContext) -> Self {
         let mut values = [0.0; MOST_LISTED];
-        let mut sum = 0.0;
-        for (value, (_, cluster)) in values.iter_mut().zip(list) {
-            *value = cluster.importance(context);
-            sum += *value;
+        for (four, clusters) in values.chunks_exact_mut(LANES).zip(&list.clusters) {
+            four.copy_from_slice(&clusters.importances(context));
         }
-        Self { values, n: list.len(), sum }
+        Self { values, n: list.lights.len(), sum: values.iter().sum() }
     }
 
     fn probability(&self, i: usize) -> f32 {

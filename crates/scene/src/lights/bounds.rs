@@ -9,7 +9,7 @@ use crate::LightId;
 
 /// Bounds of one light or of many.
 ///
-/// All normals lie within θ_o of `axis`, and all light within θ_e of a normal.
+/// All normals lie within `θ_o` of `axis`, and all light within `θ_e` of a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LightBounds {
     pub(crate) bounds: Bounds,
@@ -37,6 +37,9 @@ impl LightBounds {
 
     /// The cone around both cones of normals.
     fn cone_with(&self, other: &Self) -> (Dir, f32) {
+        if self.cos_theta_o <= -1.0 || other.cos_theta_o <= -1.0 {
+            return (self.axis, -1.0);
+        }
         let (a, b) = (trig::safe_acos(self.cos_theta_o), trig::safe_acos(other.cos_theta_o));
         let cross = self.axis.0.cross(other.axis.0);
         let between = trig::atan2(cross.length(), self.axis.dot(other.axis));

@@ -9,7 +9,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use math::{Bounds, Dir, Frame, Point, Transform, Vec2, Vec3, trig};
+use math::{Bounds, Dir, Frame, Point, Transform, Vec3, trig};
 use sampling::distribution::PiecewiseConstant2D;
 use sampling::warp;
 use scene_desc::{AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, Sink, Span, SphericalMapping};
@@ -18,8 +18,8 @@ use spectrum::ColorPipeline;
 use super::area::AreaLight;
 use super::delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, ScalarImage, SpotLight};
 use super::emission::{Emission, ImageEmission, LightImage, Lookup};
-use super::emitter::{Cylinder, Disk, Emitter, Patch, Sphere, Triangle};
 use super::infinite::{InfiniteConstant, InfiniteImage};
+use super::source::{EmitterSource, emitters};
 use super::{Light, Lights};
 use crate::LightId;
 use crate::linear_map::AffineMap;
@@ -29,81 +29,6 @@ pub struct LightsBuilder<'a> {
     colors: ColorPipeline,
     images: &'a dyn Fn(ImageId) -> LightImage,
     lights: Lights,
-}
-
-/// An emitting shape in world space.
-#[derive(Clone, Copy, Debug)]
-pub struct EmitterSource<'a> {
-    /// Its form.
-    pub geometry: EmitterGeometry<'a>,
-    /// Meshes without normals: does it emit to the side from which its corners run clockwise (reverse orientation
-    /// xor a map that swaps hands)? Analytic shapes: is the orientation reversed?
-    pub flip: bool,
-    /// Can rays hit it? `false` for an alpha of zero.
-    pub visible: bool,
-    /// What it emits.
-    pub desc: &'a AreaLightDesc,
-}
-
-/// Forms of emitters. Meshes are in world space; normals are empty or shading normals in world space, to whose side
-/// the surface emits; texture coordinates are empty or per vertex. Angles are in degrees, as in files.
-#[derive(Clone, Copy, Debug)]
-pub enum EmitterGeometry<'a> {
-    /// Each triangle is one light.
-    Mesh {
-        /// Vertices.
-        positions: &'a [Vec3],
-        /// Shading normals or empty.
-        normals: &'a [Vec3],
-        /// Texture coordinates or empty.
-        uvs: &'a [Vec2],
-        /// Corners.
-        indices: &'a [[u32; 3]],
-    },
-    /// Each patch is one light.
-    BilinearMesh {
-        /// Vertices.
-        positions: &'a [Vec3],
-        /// Shading normals or empty.
-        normals: &'a [Vec3],
-        /// Texture coordinates or empty.
-        uvs: &'a [Vec2],
-        /// Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
-        indices: &'a [[u32; 4]],
-    },
-    /// See [`scene_desc::Geometry::Sphere`].
-    Sphere {
-        /// Its radius.
-        radius: f32,
-        /// Kept between these.
-        z: [f32; 2],
-        /// Kept up to this angle, in degrees.
-        phi_max: f32,
-        /// Its place.
-        world_from_object: &'a Transform,
-    },
-    /// See [`scene_desc::Geometry::Disk`].
-    Disk {
-        /// Its z.
-        height: f32,
-        /// Outer and inner radius.
-        radii: [f32; 2],
-        /// Kept up to this angle, in degrees.
-        phi_max: f32,
-        /// Its place.
-        world_from_object: &'a Transform,
-    },
-    /// See [`scene_desc::Geometry::Cylinder`].
-    Cylinder {
-        /// Its radius.
-        radius: f32,
-        /// Its ends.
-        z: [f32; 2],
-        /// Kept up to this angle, in degrees.
-        phi_max: f32,
-        /// Its place.
-        world_from_object: &'a Transform,
-    },
 }
 
 impl<'a> LightsBuilder<'a> {
@@ -365,62 +290,4 @@ fn upper_illuminance(image: &LightImage) -> f32 {
         let z = warp::equal_area_sphere(uv).0.z;
         if z > 0.0 { image.luminance(rgb) * z } else { 0.0 }
     })
-}
-
-/// The emitters of a shape in order; `None` for parts without area.
-fn emitters(source: &EmitterSource<'_>) -> Vec<Option<Emitter>> {
-    let flip = source.flip;
-    let at = |m: &Transform| AffineMap::of(m);
-    match source.geometry {
-        EmitterGeometry::Mesh { positions, normals, uvs, indices } => {
-            let defaults = [Vec2::ZERO, Vec2::X, Vec2::ONE];
-            indices
-                .iter()
-                .map(|t| {
-                    let p = t.map(|i| Point(positions[i as usize]));
-                    Triangle::new(p, corner_normals(normals, t), corner_uvs(uvs, t, defaults), flip)
-                        .map(Emitter::Triangle)
-                })
-                .collect()
-        }
-        EmitterGeometry::BilinearMesh { positions, normals, uvs, indices } => {
-            let defaults = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
-            indices
-                .iter()
-                .map(|q| {
-                    let p = q.map(|i| Point(positions[i as usize]));
-                    Patch::new(p, corner_normals(normals, q), corner_uvs(uvs, q, defaults), flip)
-                        .map(|p| Emitter::Patch(Box::new(p)))
-                })
-                .collect()
-        }
-        EmitterGeometry::Sphere { radius, z, phi_max, world_from_object } => {
-            let sphere =
-                at(world_from_object).and_then(|m| Sphere::new(m, radius, z, radians(phi_max), flip));
-            vec![sphere.map(|s| Emitter::Sphere(Box::new(s)))]
-        }
-        EmitterGeometry::Disk { height, radii, phi_max, world_from_object } => {
-            let disk =
-                at(world_from_object).and_then(|m| Disk::new(m, height, radii, radians(phi_max), flip));
-            vec![disk.map(|s| Emitter::Disk(Box::new(s)))]
-        }
-        EmitterGeometry::Cylinder { radius, z, phi_max, world_from_object } => {
-            let cylinder =
-                at(world_from_object).and_then(|m| Cylinder::new(m, radius, z, radians(phi_max), flip));
-            vec![cylinder.map(|s| Emitter::Cylinder(Box::new(s)))]
-        }
-    }
-}
-
-/// A full turn is exactly 2π.
-fn radians(degrees: f32) -> f32 {
-    if degrees >= 360.0 { TAU } else { degrees.to_radians() }
-}
-
-fn corner_normals<const N: usize>(normals: &[Vec3], corners: &[u32; N]) -> Option<[Dir; N]> {
-    (!normals.is_empty()).then(|| corners.map(|i| Dir(normals[i as usize])))
-}
-
-fn corner_uvs<const N: usize>(uvs: &[Vec2], corners: &[u32; N], defaults: [Vec2; N]) -> [Vec2; N] {
-    if uvs.is_empty() { defaults } else { corners.map(|i| uvs[i as usize]) }
 }

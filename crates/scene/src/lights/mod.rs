@@ -22,6 +22,7 @@ mod emission;
 mod emitter;
 mod infinite;
 mod outgoing;
+mod source;
 
 use math::{Bounds, Dir, Point, Ray, Vec2, Vec3};
 use sampling::{Area, Pdf, SolidAngle, warp};
@@ -32,11 +33,12 @@ use crate::{LightContext, LightId, SurfaceInteraction};
 
 use area::AreaLight;
 pub(crate) use bounds::LightBounds;
-pub use builder::{EmitterGeometry, EmitterSource, LightsBuilder};
+pub use builder::LightsBuilder;
 use delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, SpotLight};
 use emission::Emission;
 pub use emission::LightImage;
 use infinite::{InfiniteConstant, InfiniteImage};
+pub use source::{EmitterGeometry, EmitterSource};
 
 /// All lights of a scene, by [`LightId`].
 #[derive(Clone, Debug, Default)]
@@ -223,22 +225,27 @@ impl Lights {
         let from = context.p;
         let sample = match &self.list[light.index()] {
             Light::Dark => return None,
-            Light::Point(l) => self.from_point(light, from, l.p, |_| l.intensity.value(wavelengths)),
-            Light::Spot(l) => self.from_point(light, from, l.p, |w| l.intensity(w, wavelengths)),
-            Light::Goniometric(l) => self.from_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
-            Light::Projection(l) => self.from_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
+            Light::Point(l) => self.sample_point(light, from, l.p, |_| l.intensity.value(wavelengths)),
+            Light::Spot(l) => self.sample_point(light, from, l.p, |w| l.intensity(w, wavelengths)),
+            Light::Goniometric(l) => self.sample_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
+            Light::Projection(l) => self.sample_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
             Light::Distant(l) => {
                 let density = Density::Delta { probability: 1.0 };
-                Some(self.from_infinity(light, from, (l.to_light, l.irradiance.value(wavelengths)), density))
+                Some(self.sample_infinity(
+                    light,
+                    from,
+                    (l.to_light, l.irradiance.value(wavelengths)),
+                    density,
+                ))
             }
             Light::InfiniteConstant(l) => {
                 let density = Density::Smooth(warp::uniform_sphere_pdf());
                 let wi = warp::uniform_sphere(u);
-                Some(self.from_infinity(light, from, (wi, l.radiance.value(wavelengths)), density))
+                Some(self.sample_infinity(light, from, (wi, l.radiance.value(wavelengths)), density))
             }
             Light::InfiniteImage(l) => {
                 let (wi, li, pdf) = l.sample(u, wavelengths)?;
-                Some(self.from_infinity(light, from, (wi, li), Density::Smooth(pdf)))
+                Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
             }
             Light::Area(l) => l.sample(&self.emissions, light, from, u, wavelengths),
         };
@@ -333,7 +340,7 @@ impl Lights {
     }
 
     /// A sample of a light at the point `p` with intensity by direction (away from the light).
-    fn from_point(
+    fn sample_point(
         &self,
         light: LightId,
         from: Point,
@@ -359,7 +366,7 @@ impl Lights {
         })
     }
 
-    fn from_infinity(
+    fn sample_infinity(
         &self,
         light: LightId,
         from: Point,

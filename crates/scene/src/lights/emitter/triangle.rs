@@ -1,21 +1,18 @@
-//! A triangle.
+//! A triangle, sampled uniformly in solid angle [Arvo1995] unless that is tiny or nearly a hemisphere.
 //!
-//! Uniform in solid angle [Arvo1995], in a form without arccosines: with unit vectors v₀, v₁, v₂ to the corners,
-//! `tan(Ω/2) = |v₀ · (v₁ × v₂)| / (1 + v₀·v₁ + v₁·v₂ + v₂·v₀)` [VanOosterom1983]; replacing v₂ by the point of the
-//! arc v₀v₂ at the angle t and writing w for that arc's tangent at v₀, the part of the triangle up to it has
-//! `tan(S/2) = τ |D| / (1 + v₀·v₁ + τ v₁·w)` with `τ = tan(t/2)` and `D = v₀ · (v₁ × w)`: solved for τ, that gives
-//! the arc's point for any share S of Ω. Determinants use the triangle's own edges, so that small and thin
-//! triangles keep their digits.
+//! The solid angle, `tan(Ω/2) = |v₀ · (v₁ × v₂)| / (1 + v₀·v₁ + v₁·v₂ + v₂·v₀)` for unit vectors to the corners
+//! [VanOosterom1983], is all that a density needs. Its determinant uses the triangle's own edges, so that thin
+//! triangles keep their digits in single precision.
 //!
-//! Departs from the paper: the above. Left out: warping by the receiver's cosine [PBR4e, sec. 6.5.4].
+//! Left out: warping by the receiver's cosine [PBR4e, sec. 6.5.4].
 
 use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma, trig};
-use sampling::{Area, Pdf, SolidAngle};
+use sampling::{Area, Pdf, SolidAngle, warp};
 
 use super::{NormalCone, SurfaceSample};
 
 /// Below this solid angle, in sr, area sampling is as good.
-const LEAST_SOLID_ANGLE: f32 = 1e-5;
+const LEAST_SOLID_ANGLE: f32 = 3e-4;
 /// Above it, nearly a hemisphere, the corners lie in one plane with the viewer and digits are lost
 /// (pbrt-v4's limit).
 const MOST_SOLID_ANGLE: f32 = 6.22;
@@ -30,17 +27,6 @@ pub(crate) struct Triangle {
     uv: [Vec2; 3],
     /// At each corner: cosine from the geometric to the shading normal, ±1 without shading normals.
     facing: [f32; 3],
-}
-
-/// The corners as seen from a point.
-struct Seen {
-    /// Unit vectors to the corners.
-    v: [Vec3; 3],
-    /// From the point to corner 0.
-    to_p0: Vec3,
-    solid_angle: f32,
-    /// v₀ · (v₁ × v₂), made positive.
-    det: f32,
 }
 
 impl Triangle {
@@ -67,44 +53,30 @@ impl Triangle {
     }
 
     pub(crate) fn sample_area(&self, u: [f32; 2]) -> SurfaceSample<Area> {
-        // Uniform barycentrics of low distortion [Heitz2019].
-        let (b0, b1) =
-            if u[0] < u[1] { (0.5 * u[0], u[1] - 0.5 * u[0]) } else { (u[0] - 0.5 * u[1], 0.5 * u[1]) };
-        self.at(b1, 1.0 - b0 - b1, self.pdf_area())
+        let [_, b1, b2] = warp::uniform_triangle(u);
+        self.at(b1, b2, self.pdf_area())
     }
 
     /// `None`: sample by area.
     pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
-        let seen = self.seen(from)?;
-        let dir = seen.direction(self.e2, u);
-
-        // Where the direction meets the triangle, pulled onto it where rounding left it.
-        let cross = self.cross();
-        let t = seen.to_p0.dot(cross) / dir.dot(cross);
-        let q = if t.is_finite() { dir * t - seen.to_p0 } else { Vec3::ZERO };
-        let scale = 1.0 / cross.length_squared();
-        let b1 = (q.cross(self.e2).dot(cross) * scale).clamp(0.0, 1.0);
-        let b2 = (self.e1.cross(q).dot(cross) * scale).clamp(0.0, 1.0 - b1);
-        Some(self.at(b1, b2, Pdf::new(1.0 / seen.solid_angle)))
+        let pdf = self.pdf(from)?;
+        let corners = [self.p0, self.p0 + self.e1, self.p0 + self.e2].map(Point);
+        let [b0, b1] = warp::SphericalTriangle::new(corners, from)?.sample(u).coordinates;
+        Some(self.at(b1, (1.0 - b0 - b1).max(0.0), pdf))
     }
 
     /// `None`: by area.
     pub(crate) fn pdf(&self, from: Point) -> Option<Pdf<SolidAngle>> {
-        self.seen(from).map(|s| Pdf::new(1.0 / s.solid_angle))
-    }
-
-    /// `None` where the solid angle is too small or too large.
-    fn seen(&self, from: Point) -> Option<Seen> {
         let to_p0 = self.p0 - from.0;
         let corners = [to_p0, to_p0 + self.e1, to_p0 + self.e2];
         let length = corners.map(Vec3::length);
         let v = [corners[0] / length[0], corners[1] / length[1], corners[2] / length[2]];
-        // v₀ · (v₁ × v₂), by the edges: p₀ · (e₁ × e₂) is the same volume.
+        // v₀ · (v₁ × v₂) by the edges: p₀ · (e₁ × e₂) is the same volume.
         let det = (to_p0.dot(self.cross()) / (length[0] * length[1] * length[2])).abs();
         let sum = 1.0 + v[0].dot(v[1]) + v[1].dot(v[2]) + v[2].dot(v[0]);
         let solid_angle = 2.0 * trig::atan2(det, sum);
         let good = solid_angle > LEAST_SOLID_ANGLE && solid_angle < MOST_SOLID_ANGLE;
-        good.then_some(Seen { v, to_p0, solid_angle, det })
+        good.then(|| Pdf::new(1.0 / solid_angle))
     }
 
     fn at<M: sampling::Measure>(&self, b1: f32, b2: f32, pdf: Pdf<M>) -> SurfaceSample<M> {
@@ -135,30 +107,5 @@ impl Triangle {
         let (least, most) = self.facing.iter().fold((f32::MAX, f32::MIN), |(a, b), &f| (a.min(f), b.max(f)));
         let cos_theta = if least < 0.0 && most > 0.0 { -1.0 } else { 1.0 };
         NormalCone { axis: self.normal(third, third, third), cos_theta }
-    }
-}
-
-impl Seen {
-    /// A direction uniform in solid angle; `e2` is the edge from corner 0 to corner 2.
-    fn direction(&self, e2: Vec3, u: [f32; 2]) -> Vec3 {
-        let [v0, v1, _] = self.v;
-
-        // Tangent of the arc v₀v₂ at v₀, and sin of the arc by the edge.
-        let axis = v0.cross(e2);
-        let w = axis.cross(v0).normalize_or_zero();
-        let sin_arc = v0.cross(self.v[2]).length();
-        let d = self.det / sin_arc.max(f32::MIN_POSITIVE);
-
-        // τ = a / b for the share u₀ of the solid angle.
-        let (sin, cos) = trig::sin_cos(0.5 * u[0] * self.solid_angle);
-        let a = sin * (1.0 + v0.dot(v1));
-        let b = d * cos - sin * v1.dot(w);
-        let norm = 1.0 / (a * a + b * b).max(f32::MIN_POSITIVE);
-        let end = (v0 * ((b * b - a * a) * norm) + w * (2.0 * a * b * norm)).normalize_or_zero();
-
-        // Along the arc from v₁ to that point: 1 − cos is uniform.
-        let h = u[1] * 0.5 * v1.distance_squared(end);
-        let tangent = (end - v1 * v1.dot(end)).normalize_or_zero();
-        v1 * (1.0 - h) + tangent * (h * (2.0 - h)).max(0.0).sqrt()
     }
 }
