@@ -51,7 +51,7 @@ const NONE: Place = Place { node: u32::MAX, lane: 0 };
 /// The tree in twos.
 enum Binary {
     Leaf(LightId, LightBounds),
-    Inner(LightBounds, Box<[Binary; 2]>),
+    Inner(LightBounds, Box<[Self; 2]>),
 }
 
 impl Tree {
