@@ -17,8 +17,8 @@ use std::hint::black_box;
 use std::io::Write;
 use std::time::Instant;
 
-use math::Ray;
-use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Isa, Shape, TreeKind, accept_all};
+use math::{AnimatedTransform, Ray, Transform};
+use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Hit, Instance, Isa, Shape, TreeKind, accept_all};
 
 use workload::{RaySet, Scene};
 
@@ -75,6 +75,37 @@ impl Tracer for Ours {
     }
 }
 
+/// Every hit goes through a filter that the compiler cannot see through.
+struct Filtered(Accel);
+
+impl Tracer for Filtered {
+    fn name(&self) -> String {
+        format!("all filtered {}", self.0.isa().name())
+    }
+    fn nearest(&mut self, rays: &[Ray]) -> usize {
+        let filter = &mut |h: &Hit| black_box(h).t >= 0.0;
+        rays.iter().filter(|r| black_box(self.0.intersect(r, filter)).is_some()).count()
+    }
+    fn any(&mut self, rays: &[Ray]) -> usize {
+        let filter = &mut |h: &Hit| black_box(h).t >= 0.0;
+        rays.iter().filter(|r| self.0.occluded(r, filter)).count()
+    }
+}
+
+/// Ways of seeing the same scene that cost more.
+fn variants(scene: &Scene, blas: &Blas) -> Vec<Box<dyn Tracer>> {
+    let whole = Instance { object: 0, world_from_object: AnimatedTransform::fixed(Transform::IDENTITY) };
+    let instanced = Accel::new(Blas::default(), vec![blas.clone()], &[whole]).expect("the object is there");
+    let name = format!("one instance {}", instanced.isa().name());
+    let geometries: Vec<_> = scene
+        .meshes
+        .iter()
+        .map(|m| Geometry::filtered(Shape::Mesh { positions: &m.positions, indices: &m.indices }))
+        .collect();
+    let filtered = Blas::build(&geometries, &BuildOptions::default()).expect("a proper mesh");
+    vec![Box::new(Ours(name, instanced)), Box::new(Filtered(Accel::from_static(filtered)))]
+}
+
 fn build(scene: &Scene, tree: TreeKind) -> Blas {
     let geometries: Vec<_> = scene
         .meshes
@@ -122,6 +153,7 @@ fn main() {
         }
     }
     let reference = Accel::from_static(build(&scene, TreeKind::default()));
+    tracers.extend(variants(&scene, reference.world()));
     let sets = workload::rays(&scene, &reference, options.rays);
     if let Some(path) = &options.embree {
         for (label, flags) in [("embree", 0), ("embree robust", 4)] {

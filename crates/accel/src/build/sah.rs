@@ -33,12 +33,16 @@ fn subtree(items: &mut [Item], nodes: &mut [BinaryNode], split: Split) {
     if items.len() == 1 {
         return;
     }
-    let at = match split {
-        Split::Binned => match best_split(items, &centers) {
-            Some(plane) => plane.partition(items),
-            None => halve(items, &centers),
-        },
-        Split::Halves => halve(items, &centers),
+    // Small sets need few bins, and clearing more than they need would be most of the work.
+    let plane = match (split, items.len()) {
+        (Split::Halves, _) | (_, 2) => None,
+        (Split::Binned, ..=8) => best_split::<8>(items, &centers),
+        (Split::Binned, ..=24) => best_split::<16>(items, &centers),
+        (Split::Binned, _) => best_split::<BINS>(items, &centers),
+    };
+    let at = match plane {
+        Some(plane) => plane.partition(items),
+        None => halve(items, &centers),
     };
     let (left_items, right_items) = items.split_at_mut(at);
     let (left, right) = nodes[1..].split_at_mut(2 * at - 1);
@@ -82,8 +86,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(centers: &Box4, n: usize) -> Self {
-        let bins = (n / 2 + 4).min(BINS);
+    fn new(centers: &Box4, n: usize, most: usize) -> Self {
+        let bins = (n / 2 + 4).min(most);
         let d = centers.max - centers.min;
         let inv = |x: f32| if x > 1e-30 { bins as f32 * 0.9999 / x } else { 0.0 };
         Self { low: centers.min, scale: Vec4::new(inv(d.x), inv(d.y), inv(d.z), 0.0), bins }
@@ -98,13 +102,13 @@ impl Grid {
 }
 
 #[derive(Clone)]
-struct Histogram {
-    boxes: [[Box4; BINS]; 3],
-    counts: [[u32; BINS]; 3],
+struct Histogram<const N: usize> {
+    boxes: [[Box4; N]; 3],
+    counts: [[u32; N]; 3],
 }
 
-impl Histogram {
-    const EMPTY: Self = Self { boxes: [[Box4::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
+impl<const N: usize> Histogram<N> {
+    const EMPTY: Self = Self { boxes: [[Box4::EMPTY; N]; 3], counts: [[0; N]; 3] };
 
     fn of(items: &[Item], grid: &Grid) -> Self {
         let mut h = Self::EMPTY;
@@ -120,7 +124,7 @@ impl Histogram {
 
     fn merge(mut self, other: &Self) -> Self {
         for axis in 0..3 {
-            for bin in 0..BINS {
+            for bin in 0..N {
                 self.boxes[axis][bin] = self.boxes[axis][bin].union(other.boxes[axis][bin]);
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
@@ -131,7 +135,7 @@ impl Histogram {
     /// Cheapest last bin of the left side along one axis, with its cost.
     fn sweep(&self, axis: usize, bins: usize) -> Option<(f32, usize)> {
         let (boxes, counts) = (&self.boxes[axis], &self.counts[axis]);
-        let mut right_cost = [0.0; BINS];
+        let mut right_cost = [0.0; N];
         let (mut b, mut n) = (Box4::EMPTY, 0);
         for i in (1..bins).rev() {
             b = b.union(boxes[i]);
@@ -158,13 +162,13 @@ struct Plane {
     last_left: usize,
 }
 
-fn best_split(items: &[Item], centers: &Box4) -> Option<Plane> {
-    let grid = Grid::new(centers, items.len());
+fn best_split<const N: usize>(items: &[Item], centers: &Box4) -> Option<Plane> {
+    let grid = Grid::new(centers, items.len(), N);
     let histogram = if items.len() <= CHUNK {
-        Histogram::of(items, &grid)
+        Histogram::<N>::of(items, &grid)
     } else {
-        let parts = items.par_chunks(CHUNK / 4).map(|c| Histogram::of(c, &grid));
-        parts.reduce(|| Histogram::EMPTY, |a, b| a.merge(&b))
+        let parts = items.par_chunks(CHUNK / 4).map(|c| Histogram::<N>::of(c, &grid));
+        parts.reduce(|| Histogram::<N>::EMPTY, |a, b| a.merge(&b))
     };
     let mut best: Option<(f32, Plane)> = None;
     for axis in 0..3 {
