@@ -21,8 +21,8 @@ pub struct Accel {
     pub(crate) objects: Vec<Blas>,
     pub(crate) placed: Vec<Placed>,
     pub(crate) top: WideTree,
-    /// Around all instances.
-    pub(crate) top_bounds: Bounds,
+    /// Around everything.
+    pub(crate) bounds: Bounds,
     isa: Isa,
 }
 
@@ -61,18 +61,18 @@ impl Accel {
         for (p, i) in placed.iter().zip(0..).filter(|(p, _)| finite(&p.bounds)) {
             items.push(Item::new(&p.bounds, i, 0));
         }
-        let top_bounds = items.iter().fold(Bounds::EMPTY, |b, i| b.union(i.bounds().to_bounds()));
+        let bounds = items.iter().fold(world.bounds(), |b, i| b.union(i.bounds().to_bounds()));
         let leaf = &mut |leaf: &[Item]| ChildRef::mixed(leaf[0].id() as usize);
         let top = build::build(&mut items, &BuildOptions::default(), &INSTANCE_COST, leaf);
-        Ok(Self { world, objects, placed, top, top_bounds, isa: Isa::detect() })
+        Ok(Self { world, objects, placed, top, bounds, isa: Isa::detect() })
     }
 
     /// Without instances.
     #[must_use]
     pub fn from_static(world: Blas) -> Self {
         let top = WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 };
-        let (objects, placed) = (Vec::new(), Vec::new());
-        Self { world, objects, placed, top, top_bounds: Bounds::EMPTY, isa: Isa::detect() }
+        let (objects, placed, bounds) = (Vec::new(), Vec::new(), world.bounds());
+        Self { world, objects, placed, top, bounds, isa: Isa::detect() }
     }
 
     /// Uses the kernel for `isa` if this processor runs it, else leaves everything as it is.
@@ -133,7 +133,7 @@ impl Accel {
     /// The box around everything, over all time.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        self.world.bounds().union(self.top_bounds)
+        self.bounds
     }
 
     /// The static geometry.

@@ -27,10 +27,8 @@ impl Accel {
                 }
             });
         };
-        if let Some(local) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &self.world.bounds) {
-            one(&self.world, &local, NO_INSTANCE, 0.0);
-        }
-        let outer = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &self.top_bounds)?;
+        let outer = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &self.bounds)?;
+        one(&self.world, &outer, NO_INSTANCE, 0.0);
         for (placed, i) in self.placed.iter().zip(0..) {
             let (entry, exit) = outer.slab(&placed.bounds);
             let blas = &self.objects[placed.object as usize];

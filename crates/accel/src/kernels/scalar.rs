@@ -62,7 +62,7 @@ where
     F: FnMut(&Hit) -> bool,
 {
     if accel.placed.is_empty() {
-        return traverse::trace_world::<Plain, ANY, F>(accel, ray, filter);
+        return traverse::trace::<Plain, ANY, false, F>(accel, ray, filter);
     }
-    traverse::trace::<Plain, ANY, F>(accel, ray, filter)
+    traverse::trace::<Plain, ANY, true, F>(accel, ray, filter)
 }

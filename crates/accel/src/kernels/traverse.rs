@@ -367,9 +367,13 @@ impl Visit<'_> {
     }
 
     #[inline(always)]
-    fn run<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(&self, best: &mut Best, filter: &mut F) {
-        let wide = WideRay::<L>::new(self.ray);
-        leaves::<L, ANY>(&self.blas.tree, &wide, best, &mut BlasLeaf { visit: self, wide: &wide, filter });
+    fn run<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool>(
+        &self,
+        wide: &WideRay<L>,
+        best: &mut Best,
+        filter: &mut F,
+    ) {
+        leaves::<L, ANY>(&self.blas.tree, wide, best, &mut BlasLeaf { visit: self, wide, filter });
     }
 }
 
@@ -396,36 +400,27 @@ impl<L: Lanes, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, L, F> {
     }
 }
 
-/// The nearest hit on static geometry, or any if `ANY`.
+/// The nearest hit, or any if `ANY`. `INSTANCES`: there may be some.
 #[inline(always)]
-pub(super) fn trace_world<L: Lanes, const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
+pub(super) fn trace<L: Lanes, const ANY: bool, const INSTANCES: bool, F>(
+    accel: &Accel,
+    ray: &Ray,
+    filter: &mut F,
+) -> Best
 where
     F: FnMut(&Hit) -> bool,
 {
     let mut best = Best::nothing(ray.t_max);
     if ray.t_max > 0.0
-        && let Some(local) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.world.bounds)
+        && let Some(local) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.bounds)
     {
+        let wide = WideRay::<L>::new(&local);
         let visit = Visit { blas: &accel.world, ray: &local, instance: NO_INSTANCE, entry: 0.0 };
-        visit.run::<L, ANY, F>(&mut best, filter);
-    }
-    best
-}
-
-/// The nearest hit, or any if `ANY`.
-#[inline(always)]
-pub(super) fn trace<L: Lanes, const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
-where
-    F: FnMut(&Hit) -> bool,
-{
-    let mut best = trace_world::<L, ANY, F>(accel, ray, filter);
-    if (ANY && best.found) || !(ray.t_max > 0.0) {
-        return best;
-    }
-    if let Some(outer) = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &accel.top_bounds) {
-        let wide = WideRay::<L>::new(&outer);
-        let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &outer, filter, lanes: PhantomData };
-        leaves::<L, ANY>(&accel.top, &wide, &mut best, &mut at);
+        visit.run::<L, ANY, F>(&wide, &mut best, filter);
+        if INSTANCES && !(ANY && best.found) {
+            let mut at = TopLeaf::<L, ANY, F> { accel, ray, outer: &local, filter, lanes: PhantomData };
+            leaves::<L, ANY>(&accel.top, &wide, &mut best, &mut at);
+        }
     }
     best
 }
@@ -451,7 +446,7 @@ impl<L: Lanes, const ANY: bool, F: FnMut(&Hit) -> bool> AtLeaf for TopLeaf<'_, L
         let (o, d) = placed.to_object(self.ray.origin.0, self.ray.dir.0, self.ray.time);
         if let Some(local) = RaySpace::new(o, d, self.ray.time, &blas.bounds) {
             let visit = Visit { blas, ray: &local, instance: leaf.index() as u32, entry };
-            visit.run::<L, ANY, F>(best, self.filter);
+            visit.run::<L, ANY, F>(&WideRay::new(&local), best, self.filter);
         }
     }
 }

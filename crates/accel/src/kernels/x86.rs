@@ -89,11 +89,11 @@ where
 {
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx, ANY, F>(accel, ray, filter)
+        traverse::trace::<Avx, ANY, true, F>(accel, ray, filter)
     }
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace_world::<Avx, ANY, F>(accel, ray, filter)
+        traverse::trace::<Avx, ANY, false, F>(accel, ray, filter)
     }
     if accel.placed.is_empty() {
         // SAFETY: an `Accel` names this kernel only after `has_avx2`.
@@ -109,11 +109,11 @@ where
 {
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx, ANY, F>(accel, ray, filter)
+        traverse::trace::<Avx, ANY, true, F>(accel, ray, filter)
     }
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace_world::<Avx, ANY, F>(accel, ray, filter)
+        traverse::trace::<Avx, ANY, false, F>(accel, ray, filter)
     }
     if accel.placed.is_empty() {
         // SAFETY: an `Accel` names this kernel only after `has_avx512`.
