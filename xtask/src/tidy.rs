@@ -11,7 +11,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("math", 0),
     ("spectrum", 1),
     ("sampling", 1),
-    ("image", 1),
+    ("image", 2),
     ("scatter", 2),
     ("accel", 2),
     ("film", 2),
@@ -130,21 +130,24 @@ fn open_ends(name: &str, text: &str, wrong: &mut Vec<String>) {
     }
 }
 
-/// Keys such as `[Veach1997, sec. 9.2]` in comments: a capital, letters, four digits, perhaps a letter.
+/// Keys such as `[Veach1997, sec. 9.2]` in comments: a year at the end, or a book or standard with a number.
 fn citations(text: &str) -> BTreeSet<String> {
     let comments = text.lines().filter_map(|l| l.find("//").map(|at| &l[at..]));
-    comments.flat_map(|line| line.split('[').skip(1)).filter_map(citation_key).collect()
+    let bracketed = comments.flat_map(|line| line.split('[').skip(1));
+    let inside = bracketed.filter_map(|rest| rest.split_once(']')).map(|(inside, _)| inside);
+    inside.flat_map(|inside| inside.split(';')).filter_map(citation_key).collect()
 }
 
-fn citation_key(after_bracket: &str) -> Option<String> {
-    let key: String = after_bracket.chars().take_while(|c| c.is_ascii_alphanumeric()).collect();
-    let rest = &after_bracket[key.len()..];
-    let letters = key.chars().take_while(|c| c.is_ascii_alphabetic()).count();
+fn citation_key(text: &str) -> Option<String> {
+    let text = text.trim_start();
+    let key: String = text.chars().take_while(char::is_ascii_alphanumeric).collect();
+    let rest = &text[key.len()..];
+    let letters = key.chars().take_while(char::is_ascii_alphabetic).count();
     let digits = key[letters..].chars().take_while(char::is_ascii_digit).count();
-    let tail = key.len() - letters - digits;
-    let is_year = digits == 4 && letters >= 3 && tail <= 1;
-    let closes = rest.starts_with([']', ',', ';']);
-    (is_year && closes && key.starts_with(|c: char| c.is_ascii_uppercase())).then_some(key)
+    let is_year = digits == 4 && letters >= 3 && key.len() - letters - digits <= 1;
+    let is_book = ["PBR", "CIE", "BT", "IEC"].contains(&&key[..letters]) && digits > 0;
+    let is_key = (is_year || is_book || key == "DLMF") && (rest.is_empty() || rest.starts_with(','));
+    (is_key && key.starts_with(|c: char| c.is_ascii_uppercase())).then_some(key)
 }
 
 #[cfg(test)]
@@ -153,10 +156,11 @@ mod tests {
 
     #[test]
     fn keys_are_told_from_links() {
-        assert_eq!(citation_key("Veach1997, ch. 9]"), Some("Veach1997".into()));
-        assert_eq!(citation_key("Clarberg2008]"), Some("Clarberg2008".into()));
-        assert_eq!(citation_key("SceneDesc]"), None);
-        assert_eq!(citation_key("0, 1]"), None);
+        assert_eq!(citation_key("Veach1997, ch. 9"), Some("Veach1997".into()));
+        assert_eq!(citation_key("Clarberg2008"), Some("Clarberg2008".into()));
+        assert_eq!(citation_key("PBR4e, sec. 6.2"), Some("PBR4e".into()));
+        assert_eq!(citation_key("SceneDesc"), None);
+        assert_eq!(citation_key("0, 1"), None);
     }
 
     #[test]

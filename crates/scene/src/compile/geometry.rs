@@ -99,7 +99,6 @@ impl Builder<'_, '_> {
                 medium_interface: media
                     .map(|m| [m.inside, m.outside].map(|id| id.map(|id| crate::MediumId(id.0)))),
                 is_interface,
-                span: desc.span,
             });
         }
     }

@@ -37,8 +37,6 @@ pub struct Shape {
     pub medium_interface: Option<[Option<MediumId>; 2]>,
     /// Is there nothing but a border of media?
     pub(crate) is_interface: bool,
-    /// Where it was written.
-    pub(crate) span: scene_desc::Span,
 }
 
 /// Forms.
