@@ -7,6 +7,7 @@
 pub mod parameters;
 
 mod ao;
+mod bdpt;
 mod cell;
 mod common;
 mod direct;

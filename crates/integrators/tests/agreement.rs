@@ -60,7 +60,7 @@ fn all_agree(name: &str, spectral: bool, methods: &[Method]) {
 }
 
 fn methods() -> Vec<Method> {
-    vec![method("path", 6), method("recursive", 3), method("light", 8)]
+    vec![method("path", 6), method("recursive", 3), method("light", 8), method("bdpt", 3)]
 }
 
 #[test]

@@ -14,4 +14,4 @@ pub(crate) use ends::{
 };
 pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
 pub(crate) use roulette::Roulette;
-pub(crate) use subpath::{Arrival, Escape, Leaving, Passed, Place, Start, Subpath, Vertex, Walk};
+pub(crate) use subpath::{Leaving, Place, Start, Subpath, Vertex, Walk};

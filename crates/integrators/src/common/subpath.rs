@@ -229,8 +229,12 @@ impl Walk<'_> {
                 self.pass_lens(on, hit.map_or(f32::INFINITY, |h| h.t), after, path);
             }
             let Some(hit) = hit else {
-                let Leaving::Point { density, .. } = on.leaving else { return false };
-                path.escape = Some(Escape { dir: on.ray.dir, throughput: on.throughput, forward: density });
+                // Nothing competes with parallel rays from the eye straight to the sky: any density will do.
+                let forward = match on.leaving {
+                    Leaving::Point { density, .. } => density,
+                    Leaving::Parallel { .. } => 1.0,
+                };
+                path.escape = Some(Escape { dir: on.ray.dir, throughput: on.throughput, forward });
                 return false;
             };
             let si = self.scene.interaction(&on.ray, &hit);

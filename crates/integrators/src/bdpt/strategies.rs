@@ -1,0 +1,334 @@
+//! The strategies (s, t): a path of s vertices from the light and t from the eye, joined, with its weight.
+//!
+//! | strategy     | how the ends meet                                                            |
+//! |--------------|------------------------------------------------------------------------------|
+//! | s = 0        | the walk from the eye finds an emitter                                       |
+//! | s = 1, t ≥ 2 | next-event estimation: a place on a light, drawn anew for the eye's vertex   |
+//! | s, t ≥ 2     | two surfaces are connected                                                   |
+//! | s ≥ 2, t = 1 | a surface of the light's walk is connected to the lens                       |
+//! | t = 0        | the walk from the light passes a lens of finite size                         |
+
+use math::Ray;
+use sampling::Sampler;
+use scatter::{Density, TransportMode};
+use scene::{LightId, Scene, SurfaceInteraction, segment};
+use spectrum::{Spectrum, Wavelengths};
+
+use super::weight::{LightEnd, Link, Weighting};
+use crate::Counters;
+use crate::common::{
+    CameraStart, Leaving, LightStart, Place, Subpath, Vertex, camera_densities, connect_to_eye,
+    direct_density, emission_densities, place_of,
+};
+
+/// What one strategy adds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contribution {
+    /// Before weighting.
+    pub(crate) unweighted: Spectrum,
+    /// With its share.
+    pub(crate) weighted: Spectrum,
+    /// Where on the film, if not where the camera path started. Such a value is an integral over the film; the
+    /// others are radiance.
+    pub(crate) splat: Option<[f32; 2]>,
+}
+
+/// Two walks that may be joined. Kept and used again.
+#[derive(Debug, Default)]
+pub(crate) struct Subpaths {
+    pub(crate) eye_start: Option<CameraStart>,
+    pub(crate) eye: Subpath,
+    pub(crate) light_start: Option<LightStart>,
+    pub(crate) light: Subpath,
+    /// Density of next-event estimation from the light walk's first surface to its start.
+    direct: f32,
+    links: Vec<Link>,
+}
+
+impl Subpaths {
+    /// To be called when the light's walk is done.
+    pub(crate) fn finish_light(&mut self, scene: &Scene) {
+        self.direct = match (&self.light_start, self.light.vertices.first()) {
+            (Some(start), Some(v)) => {
+                let from = v.si.light_context();
+                direct_density(scene, &from, start.light, &start.start.place, v.si.wo)
+            }
+            _ => 0.0,
+        };
+    }
+}
+
+/// Joins two walks.
+pub(crate) struct Joint<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) weighting: Weighting,
+    pub(crate) wl: Wavelengths,
+    pub(crate) paths: &'a mut Subpaths,
+    pub(crate) sampler: &'a mut Sampler,
+    pub(crate) counters: &'a mut Counters,
+}
+
+/// An emitter that the eye's walk found.
+struct Found {
+    light: LightId,
+    place: Place,
+    le: Spectrum,
+    /// Of the walk.
+    throughput: Spectrum,
+    /// Density with which the walk found it.
+    forward: f32,
+    /// Back along the walk.
+    back: math::Dir,
+}
+
+impl Joint<'_> {
+    /// The strategy with `s` vertices from the light and `t` from the eye; `None` if it adds nothing.
+    pub(crate) fn strategy(&mut self, s: usize, t: usize) -> Option<Contribution> {
+        let c = match (s, t) {
+            (0, 0 | 1) | (1, 0 | 1) => None,
+            (0, _) => self.find_emitters(t),
+            (1, _) => self.next_event(t),
+            (_, 0) => self.pass_lens(s),
+            (_, 1) => self.to_eye(s),
+            _ => self.connect(s, t),
+        };
+        c.filter(|c| !c.unweighted.is_black())
+    }
+
+    // ---- s = 0 ----
+
+    fn find_emitters(&mut self, t: usize) -> Option<Contribution> {
+        let before = t - 2;
+        let eye = &self.paths.eye;
+        let mut sum = Contribution { unweighted: Spectrum::ZERO, weighted: Spectrum::ZERO, splat: None };
+        let surface = eye.vertices.get(before).map(|v| (v.si, v.throughput, v.forward));
+        let passed = eye.passed.iter().filter(|p| p.after == before).map(|p| (p.si, p.throughput, p.forward));
+        let surfaces = passed.chain(surface).filter_map(|p| self.found_surface(&p));
+        let found: Vec<Found> = surfaces.chain(self.found_sky(before)).collect();
+        for f in &found {
+            let value = f.throughput * f.le;
+            sum.unweighted += value;
+            sum.weighted += value * self.weight_of_found(f, t);
+        }
+        Some(sum)
+    }
+
+    fn found_surface(
+        &self,
+        &(si, throughput, forward): &(SurfaceInteraction, Spectrum, f32),
+    ) -> Option<Found> {
+        let light = si.light?;
+        let le = self.scene.emitted(&si, si.wo, &self.wl)?;
+        let place = Place { p: si.p, n: Some(si.ng), is_infinite: false };
+        (!le.is_black()).then_some(Found { light, place, le, throughput, forward, back: si.wo })
+    }
+
+    /// Every infinite light is a path of its own.
+    fn found_sky(&self, before: usize) -> impl Iterator<Item = Found> {
+        let escape = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before);
+        let lights = &self.scene.lights;
+        escape.into_iter().flat_map(move |e| {
+            lights.infinite().iter().map(move |&light| {
+                let le = lights.infinite_emitted(light, e.dir, &self.wl);
+                let place = Place { p: math::Point::default(), n: None, is_infinite: true };
+                let (throughput, forward) = (e.throughput, e.forward);
+                Found { light, place, le, throughput, forward, back: -e.dir }
+            })
+        })
+    }
+
+    fn weight_of_found(&mut self, f: &Found, t: usize) -> f32 {
+        let (emit, leaving) = emission_densities(self.scene, f.light, &f.place, f.back);
+        let direct = match t.checked_sub(3).and_then(|i| self.paths.eye.vertices.get(i)) {
+            Some(v) => direct_density(self.scene, &v.si.light_context(), f.light, &f.place, -f.back),
+            None => 0.0,
+        };
+        let first = Link { from_light: emit, from_eye: f.forward, is_delta: false };
+        let next = self.eye_place(t - 2);
+        let links = self.gather(0, Some(first), t - 1);
+        links[1].from_light = next.map_or(0.0, |p| leaving.density_at(&p));
+        let end = LightEnd { emit, direct, is_hittable: true };
+        self.weighting.weight(&self.paths.links, &end, 0)
+    }
+
+    // ---- s = 1 ----
+
+    fn next_event(&mut self, t: usize) -> Option<Contribution> {
+        let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
+        let from = z.si.light_context();
+        let (light, chosen) = self.scene.light_selector.select(&from, u_light)?;
+        let sample = self.scene.lights.sample(light, &from, u, &self.wl)?;
+        let probability = match sample.density {
+            Density::Smooth(pdf) => pdf.value() * chosen,
+            Density::Delta { probability } => probability * chosen,
+        };
+        let scattered = z.scatter(sample.wi, TransportMode::Radiance);
+        let value = z.throughput * scattered * sample.li * (1.0 / probability);
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+        self.counters.rays += 1;
+        if !self.scene.unoccluded(&from, &sample) {
+            return None;
+        }
+
+        let place = place_of(&sample);
+        let (emit, leaving) = emission_densities(self.scene, light, &place, -sample.wi);
+        let is_delta = self.scene.lights.is_delta(light);
+        let direct = match is_delta {
+            true => chosen,
+            false => Leaving::Point { from: from.p, density: probability }.density_at(&place),
+        };
+        let end = LightEnd { emit, direct, is_hittable: !is_delta };
+        let by_eye = z.leaving(z.si.wo, sample.wi, TransportMode::Radiance).density_at(&place);
+        let before = self.eye_place(t - 2);
+        let links = self.gather(0, Some(Link { from_eye: by_eye, ..Link::default() }), t);
+        links[1].from_light = leaving.density_at(&z.place());
+        links[1].is_delta = false;
+        let on = z.leaving(sample.wi, z.si.wo, TransportMode::Importance);
+        links[2].from_light = before.map_or(0.0, |p| on.density_at(&p));
+        Some(self.weighted(value, &end, 1, None))
+    }
+
+    // ---- s, t ≥ 2 ----
+
+    fn connect(&mut self, s: usize, t: usize) -> Option<Contribution> {
+        let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
+        let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
+        let d = z.si.p - y.si.p;
+        let distance_squared = d.length_squared();
+        let w = math::Dir(d / distance_squared.sqrt());
+        let scattered = y.scatter(w, TransportMode::Importance) * z.scatter(-w, TransportMode::Radiance);
+        let value = y.throughput * scattered * z.throughput * (1.0 / distance_squared);
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+        self.counters.rays += 1;
+        let (a, b) = (y.si.spawn_ray(w).origin, z.si.spawn_ray(-w).origin);
+        if self.scene.occluded(&segment(a, b, y.si.time)) {
+            return None;
+        }
+
+        let end = self.light_end()?;
+        let (before_y, before_z) = (self.light_place(s - 2), self.eye_place(t - 2));
+        let links = self.gather(s, None, t);
+        join(links, s, &y, &z, (w, before_y, before_z));
+        Some(self.weighted(value, &end, s, None))
+    }
+
+    // ---- t = 1 ----
+
+    fn to_eye(&mut self, s: usize) -> Option<Contribution> {
+        let u_lens = if self.scene.camera.has_lens() { self.sampler.next_2d() } else { [0.5; 2] };
+        let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
+        let eye = connect_to_eye(self.scene, &y, u_lens, self.counters)?;
+        let value = y.throughput * y.scatter(eye.wi, TransportMode::Importance) * eye.weight;
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+
+        let end = self.light_end()?;
+        let (position, leaving) = camera_densities(self.scene, &Ray::new(eye.p_lens, -eye.wi, y.si.time));
+        let n_lens = eye.n_lens.filter(|_| self.scene.camera.has_lens());
+        let lens = Place { p: eye.p_lens, n: n_lens, is_infinite: false };
+        let before = self.light_place(s - 2);
+        let links = self.gather(s, None, 0);
+        let on = y.leaving(y.si.wo, eye.wi, TransportMode::Importance);
+        links.push(Link { from_light: on.density_at(&lens), from_eye: position, is_delta: false });
+        links[s - 1].from_eye = leaving.density_at(&y.place());
+        links[s - 1].is_delta = false;
+        let back = y.leaving(eye.wi, y.si.wo, TransportMode::Radiance);
+        links[s - 2].from_eye = before.map_or(0.0, |p| back.density_at(&p));
+        Some(self.weighted(value, &end, s, Some(eye.raster)))
+    }
+
+    // ---- t = 0 ----
+
+    fn pass_lens(&mut self, s: usize) -> Option<Contribution> {
+        let arrival = *self.paths.light.arrivals.iter().find(|a| a.after == s - 2)?;
+        let value = arrival.throughput * arrival.hit.we;
+        let start = self.paths.light_start?;
+        let before = self.light_place(s - 2)?;
+        let (time, dir) = match s.checked_sub(3).and_then(|i| self.paths.light.vertices.get(i)) {
+            Some(v) => (v.si.time, math::Dir::normalize(v.si.p - arrival.hit.p)),
+            None => (start.start.ray.time, -start.start.ray.dir),
+        };
+        let (position, leaving) = camera_densities(self.scene, &Ray::new(arrival.hit.p, dir, time));
+        let mut end = self.light_end()?;
+        if s == 2 {
+            end.direct = 0.0;
+        }
+        let links = self.gather(s - 1, None, 0);
+        links.push(Link { from_light: arrival.forward, from_eye: position, is_delta: false });
+        links[s - 2].from_eye = leaving.density_at(&before);
+        Some(self.weighted(value, &end, s, Some(arrival.hit.raster)))
+    }
+
+    // ---- what they share ----
+
+    fn weighted(&self, value: Spectrum, end: &LightEnd, s: usize, splat: Option<[f32; 2]>) -> Contribution {
+        let weight = self.weighting.weight(&self.paths.links, end, s);
+        Contribution { unweighted: value, weighted: value * weight, splat }
+    }
+
+    /// How the start of the light's walk may be found.
+    fn light_end(&self) -> Option<LightEnd> {
+        let start = self.paths.light_start.as_ref()?;
+        let is_hittable = !self.scene.lights.is_delta(start.light);
+        Some(LightEnd { emit: start.emit, direct: self.paths.direct, is_hittable })
+    }
+
+    /// Vertex `i` of the light's walk, whose vertex 0 is the light.
+    fn light_place(&self, i: usize) -> Option<Place> {
+        match i.checked_sub(1) {
+            None => self.paths.light_start.map(|l| l.start.place),
+            Some(i) => self.paths.light.vertices.get(i).map(Vertex::place),
+        }
+    }
+
+    /// Vertex `i` of the eye's walk, whose vertex 0 is on the lens.
+    fn eye_place(&self, i: usize) -> Option<Place> {
+        match i.checked_sub(1) {
+            None => self.paths.eye_start.map(|c| c.start.place),
+            Some(i) => self.paths.eye.vertices.get(i).map(Vertex::place),
+        }
+    }
+
+    /// The links of a path of the first `s` vertices of the light's walk, or of `first` alone, and the first `t` of the
+    /// eye's, as far as the walks know them.
+    fn gather(&mut self, s: usize, first: Option<Link>, t: usize) -> &mut Vec<Link> {
+        let Subpaths { links, light, eye, eye_start, .. } = &mut *self.paths;
+        links.clear();
+        links.extend(first);
+        if s > 0 {
+            links.push(Link { from_eye: light.start_reverse, ..Link::default() });
+        }
+        let of_light = |v: &Vertex| Link { from_light: v.forward, from_eye: v.reverse, is_delta: v.is_delta };
+        let of_eye = |v: &Vertex| Link { from_light: v.reverse, from_eye: v.forward, is_delta: v.is_delta };
+        links.extend(light.vertices.iter().take(s.saturating_sub(1)).map(of_light));
+        links.extend(eye.vertices[..t.saturating_sub(1)].iter().rev().map(of_eye));
+        if t > 0 {
+            let position = eye_start.map_or(1.0, |c| c.position);
+            links.push(Link { from_light: eye.start_reverse, from_eye: position, is_delta: false });
+        }
+        links
+    }
+}
+
+/// Sets the four densities that depend on the edge from `y`, vertex s − 1 of the path, along `w` to `z`, vertex s.
+fn join(
+    links: &mut [Link],
+    s: usize,
+    y: &Vertex,
+    z: &Vertex,
+    (w, before_y, before_z): (math::Dir, Option<Place>, Option<Place>),
+) {
+    let at = |leaving: Leaving, place: Option<Place>| place.map_or(0.0, |p| leaving.density_at(&p));
+    links[s].from_light = at(y.leaving(y.si.wo, w, TransportMode::Importance), Some(z.place()));
+    links[s + 1].from_light = at(z.leaving(-w, z.si.wo, TransportMode::Importance), before_z);
+    links[s - 1].from_eye = at(z.leaving(z.si.wo, -w, TransportMode::Radiance), Some(y.place()));
+    links[s - 2].from_eye = at(y.leaving(w, y.si.wo, TransportMode::Radiance), before_y);
+    links[s - 1].is_delta = false;
+    links[s].is_delta = false;
+}
