@@ -1,0 +1,111 @@
+//! The film's bits depend on scene, method, seed and passes, and on nothing else: not on threads, not on the
+//! instruction set that traces the rays, not on how passes are split over runs.
+
+use std::path::Path;
+
+use accel::Isa;
+use film::Merged;
+use render::SceneOptions;
+use scene::Scene;
+use steradian_tests::{Way, bytes, open};
+
+/// Wider than a tile, so that threads have tiles to take from each other.
+const SIZE: [u32; 2] = [72, 40];
+
+fn scene(name: &str, isa: Option<Isa>) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    open(&path, &SceneOptions { resolution: Some(SIZE), isa, ..SceneOptions::default() })
+}
+
+/// Every integrator there is, with its default parameters.
+fn ways() -> Vec<Way<'static>> {
+    integrators::list().iter().map(|i| Way { integrator: i.name, settings: &[] }).collect()
+}
+
+#[test]
+fn the_same_bits_on_one_two_and_three_threads() {
+    for name in ["large-lamp.pbrt", "rough-glass.pbrt"] {
+        let scene = scene(name, None);
+        for way in ways() {
+            let one = bytes(way.render(&scene, 0..3, 1, 1).0.film());
+            for threads in [2, 3] {
+                let many = bytes(way.render(&scene, 0..3, 1, threads).0.film());
+                assert!(one == many, "{name}, {}: {threads} threads", way.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_bits_for_every_instruction_set() {
+    for name in ["large-lamp.pbrt", "instances.pbrt", "lens-and-motion.pbrt", "glass.pbrt"] {
+        let scenes: Vec<(Isa, Scene)> = Isa::ALL
+            .into_iter()
+            .filter(|isa| isa.is_available())
+            .map(|isa| (isa, scene(name, Some(isa))))
+            .collect();
+        println!("{name}: {:?}", scenes.iter().map(|s| s.0).collect::<Vec<_>>());
+        for way in ways() {
+            let first = bytes(way.render(&scenes[0].1, 0..2, 1, 2).0.film());
+            for (isa, scene) in &scenes[1..] {
+                let other = bytes(way.render(scene, 0..2, 1, 2).0.film());
+                assert!(first == other, "{name}, {}: {isa:?} and {:?}", way.name(), scenes[0].0);
+            }
+        }
+    }
+}
+
+#[test]
+fn passes_merge_to_the_same_bits() {
+    let scene = scene("many-lamps.pbrt", None);
+    for way in ways() {
+        let whole = way.render(&scene, 0..16, 1, 2).0;
+        let (a, b) = (way.render(&scene, 0..8, 1, 2).0, way.render(&scene, 8..16, 1, 1).0);
+        for [x, y] in [[&a, &b], [&b, &a]] {
+            let mut film = film::Film::from_bytes(&bytes(x.film())).unwrap_or_else(|e| panic!("{e}"));
+            let other = film::Film::from_bytes(&bytes(y.film())).unwrap_or_else(|e| panic!("{e}"));
+            assert!(matches!(film.merge(&other), Ok(Merged::Added)), "{}", way.name());
+            assert!(bytes(&film) == bytes(whole.film()), "{}: 0..8 and 8..16 are not 0..16", way.name());
+        }
+    }
+}
+
+#[test]
+fn other_seeds_are_other_images() {
+    let scene = scene("large-lamp.pbrt", None);
+    for way in ways() {
+        // Half of all rays are open: cosine sampling would have three values for two samples.
+        let uniform: &[_] = if way.integrator == "ao" { &[("sampling", "uniform")] } else { &[] };
+        let way = Way { settings: uniform, ..way };
+        let of = |seed| way.render(&scene, 0..2, seed, 2).0.film().develop().mean;
+        let (a, again, b) = (of(1), of(1), of(2));
+        assert!(a == again, "{}", way.name());
+        // Where one of them is lit at all: few light paths leave most pixels black.
+        let lit: Vec<_> = a.iter().zip(&b).filter(|(x, y)| **x != [0.0; 3] || **y != [0.0; 3]).collect();
+        let same = lit.iter().filter(|(x, y)| x == y).count();
+        assert!(lit.len() > 100, "{}: nothing is lit", way.name());
+        assert!(same < lit.len() / 4, "{}: {same} of {} pixels are the same", way.name(), lit.len());
+    }
+}
+
+/// Sobol pixels depend on each other's numbers by design, but not on the tile that they are rendered in.
+#[test]
+fn a_crop_is_a_part_of_the_whole() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/large-lamp.pbrt");
+    let crop = math::Bounds2i::new([20, 10], [50, 30]);
+    for sampler in ["sobol", "independent", "stratified"] {
+        let options = SceneOptions {
+            resolution: Some(SIZE),
+            settings: vec![("sampler".to_owned(), sampler.to_owned())],
+            ..SceneOptions::default()
+        };
+        let (all, part) = (open(&path, &options), open(&path, &SceneOptions { crop: Some(crop), ..options }));
+        let way = Way { integrator: "path", settings: &[] };
+        let of = |scene| way.render(scene, 0..4, 1, 2).0.film().develop();
+        let (all, part) = (of(&all), of(&part));
+        for (i, pixel) in part.mean.iter().enumerate() {
+            let (x, y) = (20 + i % 30, 10 + i / 30);
+            assert!(*pixel == all.mean[y * SIZE[0] as usize + x], "{sampler}: pixel {x}, {y}");
+        }
+    }
+}
