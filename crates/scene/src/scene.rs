@@ -186,7 +186,7 @@ impl Scene {
             shape: id,
             primitive: hit.primitive,
             material: shape.material,
-            light: shape.first_light.map(|l| LightId(l.0 + hit.primitive)),
+            light: shape.first_light.map(|l| LightId(l.0 + hit.primitive / shape.primitives_per_light)),
         }
     }
 

@@ -96,6 +96,7 @@ impl Builder<'_, '_> {
                 material: MaterialId(desc.material.0),
                 alpha: alpha.filter(|a| !matches!(a, FloatHandle::Constant(x) if *x >= 1.0)),
                 first_light: None,
+                primitives_per_light: 1,
                 medium_interface: media
                     .map(|m| [m.inside, m.outside].map(|id| id.map(|id| crate::MediumId(id.0)))),
                 is_interface,

@@ -12,7 +12,7 @@ use spectrum::{ColorMode, ColorPipeline, Sensor};
 
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
-use crate::lights::{LightImage, LightsBuilder};
+use crate::lights::{EmitterSource, LightImage, LightsBuilder};
 use crate::materials::Materials;
 use crate::scene::{Scene, SceneCounts, SceneSettings};
 use crate::textures::{FloatHandle, TextureCompiler, color_space};
@@ -62,9 +62,11 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     for &(baked, described) in &world.emitters {
         let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
         let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
-        let source = desc.area_light.as_ref();
-        let source = source.and_then(|l| emitters::source(desc, l, &shape.geometry, visible));
-        shape.first_light = source.and_then(|s| lights.add_emitter(&s, sink));
+        let Some(light) = &desc.area_light else { continue };
+        let rectangles = emitters::rectangles(&shape.geometry, light);
+        let source = emitters::source(desc, light, &shape.geometry, rectangles.as_deref());
+        shape.first_light = source.and_then(|s| lights.add_emitter(&EmitterSource { visible, ..s }, sink));
+        shape.primitives_per_light = if rectangles.is_some() { 2 } else { 1 };
     }
     let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);

@@ -31,8 +31,9 @@ pub struct Shape {
     pub material: MaterialId,
     /// The chance that a hit counts, if less than one somewhere.
     pub(crate) alpha: Option<FloatHandle>,
-    /// The light of its first primitive, if it emits; primitive `i` is light `first + i`.
+    /// The light of its first primitive, if it emits; primitive `i` is light `first + i / primitives_per_light`.
     pub(crate) first_light: Option<LightId>,
+    pub(crate) primitives_per_light: u32,
     /// The media inside and outside, if it is a border of media.
     pub medium_interface: Option<[Option<MediumId>; 2]>,
     /// Is there nothing but a border of media?
