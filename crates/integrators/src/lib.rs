@@ -12,6 +12,7 @@ mod cell;
 mod common;
 mod direct;
 mod light;
+mod mlt;
 mod path;
 mod recursive;
 mod registry;

@@ -60,7 +60,13 @@ fn all_agree(name: &str, spectral: bool, methods: &[Method]) {
 }
 
 fn methods() -> Vec<Method> {
-    vec![method("path", 6), method("recursive", 3), method("light", 8), method("bdpt", 3)]
+    vec![
+        method("path", 6),
+        method("recursive", 3),
+        method("light", 8),
+        method("bdpt", 4),
+        Method { set: &["max_depth=4", "bootstrap=512"], ..method("mlt", 10) },
+    ]
 }
 
 #[test]
@@ -101,6 +107,20 @@ fn on_a_lens_and_motion() {
 #[test]
 fn on_instances_cut_outs_and_borders() {
     all_agree("instances", false, &methods());
+}
+
+#[test]
+fn on_smooth_glass_and_mirrors() {
+    let mut methods = methods();
+    // Light paths do not see what is behind the balls and the pane: the two lower rows.
+    methods[2].blind = &[3, 4, 5, 6, 7, 8];
+    all_agree("glass", false, &methods);
+}
+
+#[test]
+fn in_wavelengths() {
+    all_agree("large-lamp", true, &methods());
+    all_agree("rough-glass", true, &methods());
 }
 
 #[test]
