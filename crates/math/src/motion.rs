@@ -129,7 +129,7 @@ fn decompose(m: DMat4) -> Parts {
     }
     // A reflection goes into the scale: quaternions only turn.
     if r.determinant() < 0.0 {
-        r = r * -1.0;
+        r *= -1.0;
     }
     Parts { t, r: DQuat::from_mat3(&r).normalize(), s: r.inverse() * upper }
 }

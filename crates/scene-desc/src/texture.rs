@@ -70,6 +70,10 @@ pub struct TextureDesc {
 }
 
 /// How a texture makes its value.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "textures are few, and plain data is easier to make without boxes"
+)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum TextureNode {
     /// The same everywhere.

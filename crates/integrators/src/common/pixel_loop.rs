@@ -1,6 +1,5 @@
 //! One camera sample in every pixel of a tile: film position, wavelengths, lens, time, ray; then the estimator.
 
-use film::SplatList;
 use math::Ray;
 use sampling::{Sampler, SamplerKind};
 use scene::Scene;
@@ -16,8 +15,6 @@ pub(crate) struct CameraPath {
     pub(crate) ray: Ray,
     /// What the four lanes mean.
     pub(crate) wl: Wavelengths,
-    /// Its place on the film.
-    pub(crate) raster: [f32; 2],
     /// Its pass.
     pub(crate) pass: u32,
 }
@@ -25,7 +22,6 @@ pub(crate) struct CameraPath {
 /// What an estimator leaves behind besides the radiance.
 pub(crate) struct PathOutput<'a> {
     pub(crate) counters: &'a mut Counters,
-    pub(crate) splats: &'a mut SplatList,
 }
 
 /// Estimates the radiance that arrives along camera rays.
@@ -38,11 +34,6 @@ pub(crate) trait CameraEstimator: Send + Sync {
         sampler: &mut Sampler,
         out: &mut PathOutput<'_>,
     ) -> Spectrum;
-
-    /// Does it leave splats?
-    fn splats(&self) -> bool {
-        false
-    }
 }
 
 /// The integrator that runs an estimator over pixels.
@@ -76,8 +67,8 @@ impl<E: CameraEstimator> PixelLoop<E> {
         out.counters.camera_paths += 1;
         let mut rgb = [0.0; 3];
         if let Some(camera_ray) = scene.camera.generate_ray(raster, u_lens, u_time) {
-            let mut path = CameraPath { ray: camera_ray.ray, wl, raster, pass: ctx.pass };
-            let mut extra = PathOutput { counters: &mut out.counters, splats: &mut out.splats };
+            let mut path = CameraPath { ray: camera_ray.ray, wl, pass: ctx.pass };
+            let mut extra = PathOutput { counters: &mut out.counters };
             let radiance = self.estimator.radiance(scene, &mut path, sampler, &mut extra);
             rgb = scene.film_rgb(radiance * camera_ray.weight, &path.wl);
         }
@@ -86,10 +77,6 @@ impl<E: CameraEstimator> PixelLoop<E> {
 }
 
 impl<E: CameraEstimator> Integrator for PixelLoop<E> {
-    fn splats(&self) -> bool {
-        self.estimator.splats()
-    }
-
     fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {
         let Cell::Tile(bounds) = cell else { return };
         let mut sampler = self.sampler.clone();
