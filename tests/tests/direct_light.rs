@@ -13,7 +13,7 @@ const FLOOR: &str = "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n\
 
 const LAMP: &str = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true\n";
 
-const WAYS: [Way<'_>; 10] = [
+const WAYS: [Way<'_>; 11] = [
     Way { integrator: "direct", settings: &[("sampling", "mis")] },
     Way { integrator: "direct", settings: &[("sampling", "mis"), ("heuristic", "balance")] },
     Way {
@@ -30,6 +30,7 @@ const WAYS: [Way<'_>; 10] = [
         settings: &[("max_depth", "1"), ("sampling", "uniform"), ("heuristic", "balance")],
     },
     Way { integrator: "recursive", settings: &[("max_depth", "1"), ("branching", "1")] },
+    Way { integrator: "bdpt", settings: &[("max_depth", "1")] },
 ];
 
 fn sphere(radius: f64, theta_degrees: f64) -> String {

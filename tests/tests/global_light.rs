@@ -10,7 +10,7 @@ use testkit::statistics::{Moments, sidak};
 const NONE: (&str, &str) = ("max_depth", "none");
 
 /// Every unbiased way to walk.
-const WALKS: [Way<'_>; 8] = [
+const WALKS: [Way<'_>; 9] = [
     Way { integrator: "path", settings: &[NONE] },
     Way { integrator: "path", settings: &[NONE, ("heuristic", "balance"), ("rr_depth", "1")] },
     Way { integrator: "path", settings: &[NONE, ("mis", "false")] },
@@ -22,6 +22,7 @@ const WALKS: [Way<'_>; 8] = [
         integrator: "recursive",
         settings: &[NONE, ("branching", "2,1"), ("shadow_rays", "false"), ("rr_depth", "2")],
     },
+    Way { integrator: "bdpt", settings: &[NONE] },
 ];
 
 fn diffuse(rho: f64) -> String {
@@ -268,7 +269,7 @@ fn radiosity_of_a_closed_box() {
             let seed = (1000 + 10 * k + i) as u64;
             let found = way.moments(&scene_a, seed);
             family.mean_within(format!("box A, {name}, {}", way.name()), &found, case_a, 1e-4);
-            if i % 3 == 0 {
+            if i % 4 == 0 {
                 let found = way.rgb_moments(&scene_c, seed);
                 for (channel, m) in ["R", "G", "B"].iter().zip(0..) {
                     let name = format!("box C, {name} {channel}, {}", way.name());
@@ -299,6 +300,7 @@ fn lambert_sphere_under_a_distant_light() {
             Way { integrator: "path", settings: &[] },
             Way { integrator: "direct", settings: &[("sampling", "cosine")] },
             Way { integrator: "recursive", settings: &[("branching", "1")] },
+            Way { integrator: "bdpt", settings: &[] },
         ] {
             // The square film holds the disk: π/4 of it. L = ρ E₀ cos / π. Pixels are strata: the test is careful.
             let found = way.moments(&scene, 3);
@@ -323,7 +325,7 @@ fn a_lamp_through_a_slab_of_glass() {
             let a = angle.to_radians();
             let from = [3.0 * libm::sin(a), 0.0, 3.0 * libm::cos(a)];
             let scene = Eye::at(from, [0.0; 3], 160).scene(&format!("{glass}{lamp}"));
-            for (i, way) in [WALKS[0], WALKS[3], WALKS[6]].iter().enumerate() {
+            for (i, way) in [WALKS[0], WALKS[3], WALKS[6], WALKS[8]].iter().enumerate() {
                 let found = way.moments(&scene, 20 + i as u64);
                 family.mean(format!("{name} at {angle}°, {}", way.name()), &found, truth);
             }
@@ -345,7 +347,7 @@ fn under_an_even_sky() {
         ("thin glass", "Material \"thindielectric\" \"float eta\" [1.5]\n"),
     ] {
         let scene = eye.scene(&format!("{SKY}{material}Shape \"sphere\"\n"));
-        for way in [WALKS[0], WALKS[3], WALKS[6]] {
+        for way in [WALKS[0], WALKS[3], WALKS[6], WALKS[8]] {
             family.exact(format!("{name}, {}", way.name()), &way.moments(&scene, 1), 1.0);
         }
     }
@@ -369,7 +371,7 @@ fn coats_and_rough_glass_under_an_even_sky() {
              \"float roughness\" [0] \"integer maxdepth\" [100] \"integer nsamples\" [1] \"float thickness\" [1e-4]\n{floor}"
         );
         let scene = Eye::on_floor(256).scene(&coat);
-        for (i, way) in [WALKS[0], WALKS[2], WALKS[3], WALKS[4], WALKS[6]].iter().enumerate() {
+        for (i, way) in [WALKS[0], WALKS[2], WALKS[3], WALKS[4], WALKS[6], WALKS[8]].iter().enumerate() {
             let found = way.moments(&scene, (30.0 + 1e3 * rho) as u64 + i as u64);
             family.mean(format!("smooth coat over {rho}, {}", way.name()), &found, truth);
         }
@@ -382,15 +384,18 @@ fn coats_and_rough_glass_under_an_even_sky() {
              Shape \"sphere\"\n"
         );
         let scene = Eye::at([0.0, 0.0, 3.0], [0.0; 3], 160).scene(&world);
-        let found: Vec<Moments> = (0..2).map(|i| WALKS[3 * i].moments(&scene, 2 + i as u64)).collect();
-        for m in &found {
+        let found: [Moments; 3] = [0, 3, 8].map(|i| WALKS[i].moments(&scene, 2 + i as u64));
+        for m in found {
             let noise = 4.0 * m.std_error();
             let (least, most) = (keeps * keeps - noise, 1.0 + noise);
             println!("rough glass {alpha}: {} ± {}", m.mean(), m.std_error());
             family.holds(format!("rough glass {alpha}: {}", m.mean()), (least..most).contains(&m.mean()));
         }
-        let same = testkit::statistics::welch_test(&found[0], &found[1]);
-        family.holds(format!("rough glass {alpha}: {same:?}"), same.is_consistent(sidak(SIGNIFICANCE, 2)));
+        for other in &found[1..] {
+            let same = testkit::statistics::welch_test(&found[0], other);
+            family
+                .holds(format!("rough glass {alpha}: {same:?}"), same.is_consistent(sidak(SIGNIFICANCE, 4)));
+        }
     }
     family.finish();
 }
