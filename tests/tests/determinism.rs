@@ -88,6 +88,19 @@ fn other_seeds_are_other_images() {
     }
 }
 
+/// Four wavelengths as well.
+#[test]
+fn spectral_renders_are_the_same_on_every_thread_count() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glass.pbrt");
+    let scene =
+        open(&path, &SceneOptions { resolution: Some(SIZE), spectral: true, ..SceneOptions::default() });
+    for way in ways() {
+        let one = bytes(way.render(&scene, 0..2, 1, 1).0.film());
+        let three = bytes(way.render(&scene, 0..2, 1, 3).0.film());
+        assert!(one == three, "{}", way.name());
+    }
+}
+
 /// Sobol pixels depend on each other's numbers by design, but not on the tile that they are rendered in.
 #[test]
 fn a_crop_is_a_part_of_the_whole() {

@@ -203,6 +203,31 @@ fn variances_of_multiple_importance_sampling() {
     family.finish();
 }
 
+/// An image all around, L = cosⁿ θ above the floor: E = 2π/(n + 2).
+#[test]
+fn a_sky_of_a_power_of_the_cosine() {
+    const SIDE: usize = 512;
+    let mut family = Family::default();
+    for (n, e) in [(1.0, 2.094_395_1), (10.0, 0.523_598_8), (100.0, 0.061_599_9)] {
+        let texel = |i: usize| {
+            let u = [i % SIDE, i / SIDE].map(|x| (x as f32 + 0.5) / SIDE as f32);
+            libm::powf(sampling::warp::equal_area_sphere(u).0.z.max(0.0), n)
+        };
+        let mut pfm = format!("PF\n{SIDE} {SIDE}\n-1.0\n").into_bytes();
+        (0..SIDE * SIDE).for_each(|i| (0..3).for_each(|_| pfm.extend(texel(i).to_le_bytes())));
+        let file = tempfile::Builder::new().suffix(".pfm").tempfile().unwrap_or_else(|e| panic!("{e}"));
+        std::fs::write(file.path(), pfm).unwrap_or_else(|e| panic!("{e}"));
+        let sky = format!("LightSource \"infinite\" \"string filename\" \"{}\"\n", file.path().display());
+        let scene = Eye::on_floor(128).scene(&format!("{sky}{FLOOR}"));
+        for (i, way) in WAYS.iter().enumerate() {
+            let found = way.moments(&scene, 50 + i as u64);
+            // Texels are points of the function, not its means.
+            family.mean_within(format!("sky cos^{n}, {}", way.name()), &found, 0.5 * e / PI, 5e-4);
+        }
+    }
+    family.finish();
+}
+
 /// Samples shared by all pixels of a pass: passes are independent, pixels of one point are equal.
 #[test]
 fn shared_light_samples_have_the_same_mean() {

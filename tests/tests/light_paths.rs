@@ -1,0 +1,266 @@
+//! Methods that start at the lights, against closed forms that they can see: means over whole surfaces, furnaces,
+//! irradiance, and caustics of distant light that no path from the eye finds.
+//!
+//! What a light path leaves on the film is shared by pixels, so that the independent samples are renders with
+//! different seeds.
+
+use std::f64::consts::PI;
+
+use scene::Scene;
+use steradian_tests::{Eye, Family, Way, replicates};
+use testkit::statistics::Moments;
+
+const NONE: (&str, &str) = ("max_depth", "none");
+const LIGHT: Way<'_> = Way { integrator: "light", settings: &[NONE] };
+const BDPT: Way<'_> = Way { integrator: "bdpt", settings: &[NONE] };
+const BALANCE: Way<'_> = Way { integrator: "bdpt", settings: &[NONE, ("heuristic", "balance")] };
+const PATH: Way<'_> = Way { integrator: "path", settings: &[NONE] };
+const RECURSIVE: Way<'_> = Way { integrator: "recursive", settings: &[NONE, ("branching", "1")] };
+
+fn diffuse(rho: f64) -> String {
+    format!("Material \"diffuse\" \"rgb reflectance\" [{rho} {rho} {rho}]\n")
+}
+
+/// The unit cube, its ceiling with a hole for a lamp of half the side.
+fn radiosity_box(white: &str, left: &str, right: &str) -> String {
+    let wall = |rho: &str, p: &str| {
+        format!(
+            "Material \"diffuse\" \"rgb reflectance\" [{rho}]\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3] \"point3 P\" [{p}]\n"
+        )
+    };
+    [
+        (white, "0 0 0 1 0 0 1 1 0 0 1 0"),
+        (white, "0 0 0 1 0 0 1 0 1 0 0 1"),
+        (white, "0 1 0 1 1 0 1 1 1 0 1 1"),
+        (left, "0 0 0 0 1 0 0 1 1 0 0 1"),
+        (right, "1 0 0 1 1 0 1 1 1 1 0 1"),
+        (white, "0 0 1 1 0 1 1 .25 1 0 .25 1"),
+        (white, "0 .75 1 1 .75 1 1 1 1 0 1 1"),
+        (white, "0 .25 1 .25 .25 1 .25 .75 1 0 .75 1"),
+        (white, "0.75 .25 1 1 .25 1 1 .75 1 0.75 .75 1"),
+    ]
+    .iter()
+    .map(|(rho, p)| wall(rho, p))
+    .collect::<String>()
+        // One-sided: down. (Light paths would be lost above.)
+        + "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n"
+        + &wall("0 0 0", "0.25 0.25 1 0.25 0.75 1 0.75 0.75 1 0.75 0.25 1")
+}
+
+/// The mean radiance of floor, ceiling (without the lamp), and side walls, seen whole.
+#[test]
+fn mean_radiosities_of_a_closed_box() {
+    let white = "0.725 0.71 0.68";
+    let boxes = [
+        ("A", radiosity_box("0.5 0.5 0.5", "0.5 0.5 0.5", "0.5 0.5 0.5"), [0.046_524; 3], [0.043_599; 3]),
+        ("B", radiosity_box("0.8 0.8 0.8", "0.8 0.8 0.8", "0.8 0.8 0.8"), [0.152_953; 3], [0.149_678; 3]),
+        (
+            "C",
+            radiosity_box(white, "0.63 0.065 0.05", "0.14 0.45 0.091"),
+            [0.077_980, 0.068_135, 0.056_009],
+            [0.066_102, 0.006_484_4, 0.004_234_3],
+        ),
+    ];
+    let mut family = Family::default();
+    for (name, world, floor, left) in boxes {
+        let views = [
+            ("floor", [0.5, 0.5, 0.999], [0.5, 0.5, 0.0], floor),
+            ("left wall", [0.999, 0.5, 0.5], [0.0, 0.5, 0.5], left),
+        ];
+        for (view, from, to, truth) in views {
+            let scene = Eye { window: 1.0, ..Eye::at(from, to, 24) }.scene(&world);
+            for way in [LIGHT, BDPT, BALANCE, PATH, RECURSIVE] {
+                let found = replicates(&way, &scene, 4, 0..32);
+                let channels = if name == "C" { 0..3 } else { 1..2 };
+                for c in channels {
+                    let name = format!("box {name}, mean {view} {}, {}", ["R", "G", "B"][c], way.name());
+                    family.mean_within(name, &found[c], truth[c], 1.5e-4);
+                }
+            }
+        }
+    }
+    family.finish();
+}
+
+/// Furnaces and the integrating sphere, seen through a window in their middle.
+#[test]
+fn furnaces_and_the_integrating_sphere() {
+    let emitting = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true\n";
+    let furnace = format!("{}{emitting}Shape \"sphere\"\n", diffuse(0.5));
+    let half = format!(
+        "{}Shape \"sphere\" \"float zmax\" [0]\n{emitting}Shape \"sphere\" \"float zmin\" [0]\n",
+        diffuse(0.5)
+    );
+    let mut family = Family::default();
+    for (name, world, to, truth) in [
+        ("furnace", &furnace, [0.6, 0.0, 0.8], 2.0),
+        ("integrating sphere, lamp", &half, [0.6, 0.0, 0.8], 1.5),
+        ("integrating sphere, rest", &half, [0.6, 0.0, -0.8], 0.5),
+    ] {
+        let scene = Eye { window: 0.5, ..Eye::at([0.0; 3], to, 32) }.scene(world);
+        for way in [LIGHT, BDPT] {
+            let found = replicates(&way, &scene, 4, 0..32);
+            family.mean(format!("{name}, {}", way.name()), &found[1], truth);
+        }
+    }
+    family.finish();
+}
+
+/// The mean of a function over the window [−½ w, ½ w]².
+fn window_mean(w: f64, e: impl Fn(f64, f64) -> f64) -> f64 {
+    const N: u32 = 64;
+    let at = |i: u32| w * ((f64::from(i) + 0.5) / f64::from(N) - 0.5);
+    (0..N * N).map(|i| e(at(i % N), at(i / N))).sum::<f64>() / f64::from(N * N)
+}
+
+/// Irradiance below the rectangle [0, a] × [0, b] at height 1, odd in a and b.
+fn corner(a: f64, b: f64) -> f64 {
+    let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * libm::atan(b / (1.0 + a * a).sqrt());
+    0.5 * (part(a, b) + part(b, a))
+}
+
+/// Lamps above a floor: name, world, E at a place of the floor.
+fn lamps() -> Vec<(&'static str, &'static str, fn(f64, f64) -> f64)> {
+    let disk = |x: f64, y: f64| {
+        let s = 1.0 + x * x + y * y;
+        0.5 * PI * (1.0 - (s - 1.0) / ((s + 1.0) * (s + 1.0) - 4.0 * (s - 1.0)).sqrt())
+    };
+    vec![
+        (
+            "square 2 x 2",
+            "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nReverseOrientation\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3] \"point3 P\" [-1 -1 1  1 -1 1  1 1 1  -1 1 1]",
+            |x, y| {
+                corner(1.0 - x, 1.0 - y)
+                    + corner(1.0 + x, 1.0 - y)
+                    + corner(1.0 - x, 1.0 + y)
+                    + corner(1.0 + x, 1.0 + y)
+            },
+        ),
+        (
+            "sphere",
+            "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nTranslate 0 0 2\nShape \"sphere\"",
+            |x, y| PI * 2.0 * libm::pow(x * x + y * y + 4.0, -1.5),
+        ),
+        (
+            "disk r = h",
+            "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nReverseOrientation\nTranslate 0 0 1\nShape \"disk\"",
+            disk,
+        ),
+        ("point", "LightSource \"point\" \"rgb I\" [1 1 1] \"point3 from\" [1 0 2]", |x, y| {
+            2.0 * libm::pow((1.0 - x) * (1.0 - x) + y * y + 4.0, -1.5)
+        }),
+        (
+            "spot",
+            "LightSource \"spot\" \"rgb I\" [1 1 1] \"point3 from\" [1 0 2] \"point3 to\" [0 0 0] \
+             \"float coneangle\" [40] \"float conedeltaangle\" [5]",
+            |x, y| 2.0 * libm::pow((1.0 - x) * (1.0 - x) + y * y + 4.0, -1.5),
+        ),
+        (
+            "sun",
+            "LightSource \"distant\" \"rgb L\" [1 1 1] \"point3 from\" [1 0 1] \"point3 to\" [0 0 0]",
+            |_, _| std::f64::consts::FRAC_1_SQRT_2,
+        ),
+        ("sky", "LightSource \"infinite\" \"rgb L\" [1 1 1]", |_, _| PI),
+    ]
+}
+
+/// Irradiance of a floor, averaged over a window of 1 x 1.
+#[test]
+fn irradiance_by_light_paths() {
+    let floor = format!(
+        "{}Shape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3]\n\
+         \"point3 P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0]\n{}",
+        diffuse(0.5),
+        diffuse(0.0)
+    );
+    let mut family = Family::default();
+    for (name, lamp, e) in lamps() {
+        let scene = Eye { window: 1.0, ..Eye::on_floor(48) }.scene(&format!("{floor}{lamp}\n"));
+        let e = window_mean(1.0, e);
+        for way in [LIGHT, BDPT] {
+            let found = replicates(&way, &scene, 4, 0..32);
+            family.mean_within(format!("{name}, {}", way.name()), &found[1], 0.5 * e / PI, 1e-4);
+        }
+    }
+    family.finish();
+}
+
+const SUN: &str = "LightSource \"distant\" \"rgb L\" [1 1 1] \"point3 from\" [0 0 1] \"point3 to\" [0 0 0]\n";
+
+/// So dark that what returns from the glass to the floor is below 10⁻³ of what came.
+const DARK: f64 = 0.002;
+
+fn floor(half: f64) -> String {
+    format!(
+        "{}Shape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3]\n\
+         \"point3 P\" [-{half} -{half} 0  {half} -{half} 0  {half} {half} 0  -{half} {half} 0]\n",
+        diffuse(DARK)
+    )
+}
+
+/// Distant light through a slab on a floor: E = E₀ (1 − F)/(1 + F).
+#[test]
+fn a_slab_of_glass_in_the_sun() {
+    let slab = "Material \"dielectric\" \"float eta\" [1.5] \"float roughness\" [0]\n\
+        Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 3 2 4 5 6 4 6 7]\n\
+        \"point3 P\" [-1 -1 0.5 1 -1 0.5 1 1 0.5 -1 1 0.5 -1 -1 0.6 1 -1 0.6 1 1 0.6 -1 1 0.6]\n";
+    let scene = Eye { window: 0.4, ..Eye::at([0.0, 0.0, 0.4], [0.0; 3], 64) }
+        .scene(&format!("{SUN}{}{slab}", floor(1.0)));
+    let mut family = Family::default();
+    for way in [
+        Way { integrator: "light", settings: &[NONE, ("rr_depth", "100")] },
+        Way { integrator: "bdpt", settings: &[NONE, ("rr_depth", "100")] },
+    ] {
+        let found = replicates(&way, &scene, 4, 0..32);
+        family.mean_within(format!("slab, {}", way.name()), &found[1], DARK / PI * 0.923_076_9, 1e-3);
+    }
+    family.finish();
+}
+
+/// The mean of E / E₀ over the disk of a radius around the film's middle, over renders with different seeds.
+fn disk_mean(way: &Way<'_>, scene: &Scene, side: u32, radius: f64) -> Moments {
+    // The share of each pixel that lies in the disk.
+    let share = |i: usize| {
+        let (x, y) = ((i as u32 % side) as f64, (i as u32 / side) as f64);
+        let inside = |k: u32| {
+            let (dx, dy) = ((f64::from(k % 16) + 0.5) / 16.0, (f64::from(k / 16) + 0.5) / 16.0);
+            let half = 0.5 * f64::from(side);
+            (x + dx - half).hypot(y + dy - half) < radius
+        };
+        (0..256).filter(|&k| inside(k)).count() as f64 / 256.0
+    };
+    let shares: Vec<f64> = (0..(side * side) as usize).map(share).collect();
+    let total: f64 = shares.iter().sum();
+    Moments::of((0..32).map(|seed| {
+        let image = way.render(scene, 0..4, seed, 2).0.film().develop();
+        let sum: f64 = image.mean.iter().zip(&shares).map(|(p, s)| f64::from(p[1]) * s).sum();
+        sum / total * PI / DARK
+    }))
+}
+
+/// The caustic of a ball of glass (η = 1.5, R = 1) on a plane 2 R behind its centre, with all inner reflections.
+#[test]
+fn the_caustic_of_a_ball_lens() {
+    let ball = "Translate 0 0 2\nMaterial \"dielectric\" \"float eta\" [1.5] \"float roughness\" [0]\nShape \"sphere\"\n";
+    let mut family = Family::default();
+    let side = 80;
+    for (window, radii) in
+        [(0.2, [(0.1, 6.808_61), (0.05, 7.840_03)]), (1.0, [(0.5, 1.873_48), (0.2, 4.746_10)])]
+    {
+        let scene = Eye { window, ..Eye::at([0.0, 0.0, 0.8], [0.0; 3], side) }
+            .scene(&format!("{SUN}{}{ball}", floor(0.6)));
+        for way in [
+            Way { integrator: "light", settings: &[NONE, ("rr_depth", "100")] },
+            Way { integrator: "bdpt", settings: &[NONE, ("rr_depth", "100")] },
+        ] {
+            for (radius, truth) in radii {
+                let pixels = radius / window * f64::from(side);
+                let found = disk_mean(&way, &scene, side, pixels);
+                family.mean_within(format!("ball lens, r = {radius}, {}", way.name()), &found, truth, 1e-3);
+            }
+        }
+    }
+    family.finish();
+}
