@@ -6,6 +6,7 @@
 //! its mean *and its variance* can be tested, and no replicates are needed.
 //!
 //! A test collects its checks in a [`Family`], whose significance is shared by the rule of [Sidak1967].
+#![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
 use std::fmt::Write;
 use std::num::NonZero;

@@ -1,4 +1,5 @@
 //! How fast errors fall, and that choices of sampling are ordered as the theory says.
+#![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,6 @@
 //! The film's bits depend on scene, method, seed and passes, and on nothing else: not on threads, not on the
 //! instruction set that traces the rays, not on how passes are split over runs.
+#![allow(clippy::print_stdout, reason = "which instruction sets were there is read with `--nocapture`")]
 
 use std::path::Path;
 

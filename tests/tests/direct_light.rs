@@ -3,7 +3,7 @@
 //!
 //! The floor is Lambertian with ρ = 0.5, lamps have L = 1: the camera sees ρ E / π.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, FRAC_PI_8, PI};
 
 use steradian_tests::{Eye, Family, Way};
 
@@ -60,13 +60,13 @@ fn patch(a: f64) -> String {
 /// Name, world, E.
 fn lamps() -> Vec<(&'static str, String, f64)> {
     vec![
-        ("sphere at 0°", sphere(1.0, 0.0), 0.785_398_2),
+        ("sphere at 0°", sphere(1.0, 0.0), FRAC_PI_4),
         ("sphere at 30°", sphere(1.0, 30.0), 0.680_174_8),
-        ("sphere at 60°", sphere(1.0, 60.0), 0.392_699_1),
+        ("sphere at 60°", sphere(1.0, 60.0), FRAC_PI_8),
         ("sphere cut by the horizon, 75°", sphere(1.0, 75.0), 0.221_200_9),
         ("sphere cut by the horizon, 90°", sphere(1.0, 90.0), 0.090_586_1),
         ("sphere cut by the horizon, 110°", sphere(1.0, 110.0), 0.006_753_1),
-        ("disk r = h", disk(1.0, 1.0, 0.0), 1.570_796_3),
+        ("disk r = h", disk(1.0, 1.0, 0.0), FRAC_PI_2),
         ("disk r = h, x = 0.5", disk(1.0, 1.0, 0.5), 1.375_963),
         ("disk r = h, x = 2", disk(1.0, 1.0, 2.0), 0.165_833_4),
         ("disk r = h/2", disk(1.0, 2.0, 0.0), 0.628_318_5),
@@ -144,7 +144,7 @@ fn many_lights_by_every_way() {
     );
     // The point light and the sun shine from below the sphere or are hidden by it: only what passes counts. The
     // sphere (centre (−1.73, 0, 1), radius 1) hides both, and its part of the sky; so does the disk.
-    let (sphere_e, disk_e) = (0.392_699_1, disk_irradiance(1.5));
+    let (sphere_e, disk_e) = (FRAC_PI_8, disk_irradiance(1.5));
     let e = sphere_e + disk_e + 0.1 * (PI - sphere_e - disk_e);
     let mut family = Family::default();
     let scene = Eye::on_floor(192).scene(&world);
@@ -208,7 +208,7 @@ fn variances_of_multiple_importance_sampling() {
 fn a_sky_of_a_power_of_the_cosine() {
     const SIDE: usize = 512;
     let mut family = Family::default();
-    for (n, e) in [(1.0, 2.094_395_1), (10.0, 0.523_598_8), (100.0, 0.061_599_9)] {
+    for (n, e) in [(1.0, 2.094_395_1), (10.0, FRAC_PI_6), (100.0, 0.061_599_9)] {
         let texel = |i: usize| {
             let u = [i % SIDE, i / SIDE].map(|x| (x as f32 + 0.5) / SIDE as f32);
             libm::powf(sampling::warp::equal_area_sphere(u).0.z.max(0.0), n)

@@ -1,6 +1,7 @@
 //! Global illumination against closed forms: furnaces, cavities, the radiosity box, glass and coats.
 //!
 //! Rough glass has no closed form here: it must lie between bounds, and two ways of walking must agree on it.
+#![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
 use std::f64::consts::PI;
 

@@ -120,8 +120,11 @@ fn corner(a: f64, b: f64) -> f64 {
     0.5 * (part(a, b) + part(b, a))
 }
 
-/// Lamps above a floor: name, world, E at a place of the floor.
-fn lamps() -> Vec<(&'static str, &'static str, fn(f64, f64) -> f64)> {
+/// A name, a world, and E at a place of its floor.
+type Lamp = (&'static str, &'static str, fn(f64, f64) -> f64);
+
+/// Lamps above a floor.
+fn lamps() -> Vec<Lamp> {
     let disk = |x: f64, y: f64| {
         let s = 1.0 + x * x + y * y;
         0.5 * PI * (1.0 - (s - 1.0) / ((s + 1.0) * (s + 1.0) - 4.0 * (s - 1.0)).sqrt())

@@ -3,6 +3,7 @@
 //!
 //! A mean may be off by what the acceptance says of the scene, and by three standard errors of the estimate, found
 //! from renders with different seeds.
+#![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
 use std::path::PathBuf;
 
