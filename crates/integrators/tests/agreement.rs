@@ -8,8 +8,8 @@ mod common;
 use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 10 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 12 * 10 * 9 * 3;
+/// Tests in the family: 12 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
+const FAMILY: usize = 14 * 10 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -118,8 +118,18 @@ fn on_smooth_glass_and_mirrors() {
 }
 
 #[test]
+fn on_parallel_projection_with_a_wide_filter() {
+    all_agree("orthographic", false, &methods());
+}
+
+#[test]
+fn on_a_wide_lens_and_a_lamp_without_a_surface() {
+    all_agree("wide-lens", false, &methods());
+}
+
+#[test]
 fn in_wavelengths() {
-    all_agree("large-lamp", true, &methods());
+    all_agree("dispersion", true, &methods());
     all_agree("rough-glass", true, &methods());
 }
 

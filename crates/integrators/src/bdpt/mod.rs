@@ -197,3 +197,82 @@ impl Walks<'_> {
         Walk { scene: self.scene, mode, limit, roulette: self.roulette }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use scene::{CompileOptions, compile};
+    use scene_desc::Sink;
+    use testkit::statistics::{Moments, sidak, welch_test};
+
+    use super::*;
+
+    fn load(name: &str) -> Scene {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes");
+        let mut sink = Sink::default();
+        let desc = formats::load(&path.join(format!("{name}.pbrt")), &mut sink);
+        let scene = desc.and_then(|d| compile(&d, &CompileOptions::default(), &mut sink));
+        scene.unwrap_or_else(|| panic!("{}", sink.render()))
+    }
+
+    /// Mean radiance over the whole film of all paths with `depth` scattering events, by every single strategy, over
+    /// batches; strategies that do not apply are empty.
+    fn pyramid(scene: &Scene, depth: usize, batches: u32, paths_each: u32) -> Vec<Moments> {
+        let mut sampler = Sampler::new(sampling::SamplerKind::Independent, 5);
+        let (mut paths, mut counters) = (Subpaths::default(), Counters::default());
+        let walks = Walks { scene, lengths: [depth + 1; 2], roulette: Roulette { rr_depth: u32::MAX } };
+        let mut moments = vec![Moments::default(); depth + 3];
+        for batch in 0..batches {
+            let mut sums = vec![0.0; depth + 3];
+            for i in 0..paths_each {
+                sampler.start_path(u64::from(i), batch);
+                let u = sampler.next_2d();
+                let resolution = scene.camera.resolution();
+                let raster = [0, 1].map(|a| u[a] * resolution[a] as f32);
+                let mut wl = Wavelengths::RGB;
+                walks.eye(raster, &mut sampler, &mut wl, &mut counters, &mut paths);
+                walks.light(&mut sampler, &mut wl, &mut counters, &mut paths);
+                for (s, sum) in sums.iter_mut().enumerate() {
+                    let weighting = weighting(scene, Heuristic::Power);
+                    let (paths, sampler, counters) = (&mut paths, &mut sampler, &mut counters);
+                    let mut joint = Joint { scene, weighting, wl, paths, sampler, counters };
+                    // Both kinds are means over the film: of radiance, or of its integral.
+                    *sum += joint.strategy(s, depth + 2 - s).map_or(0.0, |c| {
+                        let outside = c
+                            .splat
+                            .is_some_and(|at| (0..2).any(|a| at[a] < 0.0 || at[a] >= resolution[a] as f32));
+                        if outside { 0.0 } else { f64::from(c.unweighted.average()) }
+                    });
+                }
+            }
+            for (m, sum) in moments.iter_mut().zip(sums) {
+                m.push(sum / f64::from(paths_each));
+            }
+        }
+        moments
+    }
+
+    /// Every strategy alone has the same mean, if there are no deltas: Veach's pyramid.
+    #[test]
+    fn every_strategy_alone_makes_the_same_picture() {
+        let mut failures = String::new();
+        for (name, depths) in
+            [("orthographic", 2..=2), ("points", 2..=2), ("shading-normals", 2..=3), ("wide-lens", 1..=2)]
+        {
+            let scene = load(name);
+            let has_delta_light = scene.lights.ids().any(|l| scene.lights.is_delta(l));
+            for depth in depths {
+                let means = pyramid(&scene, depth, 24, 2000);
+                for (s, m) in means.iter().enumerate() {
+                    let t = welch_test(m, &means[1]);
+                    let strategy = format!("{name} ({s}, {})", depth + 2 - s);
+                    println!("{strategy} {:.5} ± {:.5}", m.mean(), m.std_error());
+                    let applies = (s > 0 || !has_delta_light) && (s < depth + 2 || scene.camera.has_lens());
+                    if applies && !t.is_consistent(sidak(0.01, 26)) {
+                        failures += &format!("{strategy}: {t:?}\n");
+                    }
+                }
+            }
+        }
+        assert!(failures.is_empty(), "{failures}");
+    }
+}

@@ -12,7 +12,8 @@
 //!
 //! Three factors make strategies different from that: next-event estimation (s = 1) draws x₀ anew, as seen from x₁;
 //! there may be more or fewer light paths than camera paths; and an edge next to a delta lobe cannot be connected.
-//! (1, 1) is left to (0, 2): emitters that are seen directly.
+//! (1, 1) is left to (0, 2): emitters that are seen directly. Nor does (2, 0) show a point lamp through the lens, so that
+//! depth 0 is one picture for all integrators.
 
 use sampling::mis::Heuristic;
 
@@ -91,6 +92,7 @@ impl Weighting {
         let t = n - s;
         let is_possible = match (s, t) {
             (0, _) => end.is_hittable,
+            (2, 0) => self.lens_is_hittable && end.is_hittable,
             (_, 0) => self.lens_is_hittable,
             (1, 1) => false,
             _ => !links[s - 1].is_delta && !links[s].is_delta,
@@ -133,7 +135,7 @@ mod tests {
                     let sum: f32 = weights.iter().sum();
                     assert!(!possible || (sum - 1.0).abs() < 1e-5, "{weights:?}");
                     assert_eq!(weights[0] > 0.0, is_hittable);
-                    assert_eq!(weights[n] > 0.0, lens_is_hittable);
+                    assert_eq!(weights[n] > 0.0, lens_is_hittable && (is_hittable || n > 2));
                 }
             }
         }

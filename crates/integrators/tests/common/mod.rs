@@ -39,6 +39,7 @@ pub(crate) fn tile_means(
     let film = Film::new(FilmSettings {
         splats: integrator.splats(),
         sign: Sign::Any,
+        crop: settings.crop,
         ..FilmSettings::new(settings.resolution, filter(&settings.filter))
     })
     .unwrap();

@@ -65,10 +65,13 @@ impl PatchMesh {
                 (ns, dndu, dndv)
             }
         };
+        // In a plane through zero the coordinate itself has no error, but a ray's distance to the patch has (in
+        // double precision): without the second term half of the rays that leave such a plane would meet it again.
         let size = p00.abs().max(p10.abs()).max(p01.abs()).max(p11.abs());
+        let p_error = size * gamma(6) + Vec3::splat(size.max_element() * 1e-9);
         LocalSurface {
             p: Point(p),
-            p_error: size * gamma(6),
+            p_error,
             ng: ng.face_forward(ns),
             ns,
             tangent: dpdu,
