@@ -11,7 +11,7 @@
 //! a step are recorded with their expected shares [Veach1997, sec. 11.5].
 //!
 //! Small steps have sizes between 1/1024 and 1/64, even in their logarithm [Kelemen2002]. Numbers that no state of the
-//! chain has read so far are drawn when they are.
+//! chain has read so far are drawn when they are, for both states of the step.
 //!
 //! Departs from [Hachisuka2014]: one chain visits paths of all lengths (by large steps); lengths are drawn by a geometric
 //! distribution, so that there may be no limit. Emitters that are seen directly (depth 0) come from camera rays.
@@ -190,10 +190,13 @@ impl Chain<'_> {
             }
         };
         for _ in 0..steps {
-            self.propose();
+            let is_small = self.propose();
             let mut numbers = std::mem::take(&mut self.proposal);
             let proposed = self.evaluate(&mut numbers, &mut out.counters);
             self.proposal = numbers;
+            if is_small {
+                self.remember();
+            }
             let acceptance = (proposed.size() / state.size()).min(1.0);
             splat(&proposed, acceptance, out);
             splat(&state, 1.0 - acceptance, out);
@@ -226,8 +229,18 @@ impl Chain<'_> {
         chosen.map(|value| (value, (sum / f64::from(n)) as f32))
     }
 
-    /// Makes the proposal from the current state.
-    fn propose(&mut self) {
+    /// The current state's own values of numbers that only a small step has read: what the proposal's would have come
+    /// from. Without them a rejected step would leave no trace, and the chain would not be reversible.
+    fn remember(&mut self) {
+        for (own, proposed) in self.current.iter_mut().zip(&self.proposal) {
+            for &x in proposed.iter().skip(own.len()) {
+                own.push(nudged(x, self.rng.next_f32()));
+            }
+        }
+    }
+
+    /// Makes the proposal from the current state; is it a small step?
+    fn propose(&mut self) -> bool {
         let is_large = self.rng.next_f32() < self.settings.large_steps;
         for (stream, (from, to)) in self.current.iter().zip(&mut self.proposal).enumerate() {
             to.clear();
@@ -240,6 +253,7 @@ impl Chain<'_> {
                 *x = nudged(*x, self.rng.next_f32());
             }
         }
+        !is_large
     }
 
     /// The value of a point; the numbers that it reads for the first time are appended.
