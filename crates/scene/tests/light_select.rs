@@ -206,3 +206,22 @@ fn without_light_nothing_is_chosen() {
         assert_eq!(selector.probability(&contexts().next().unwrap(), LightId(0)), 0.0);
     }
 }
+
+#[test]
+fn a_spot_with_a_hard_edge_is_chosen_where_it_shines() {
+    let mut sink = Sink::default();
+    let mut builder = LightsBuilder::new(ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb), &no_images);
+    let (from, to) = (Vec3::Z, Vec3::ZERO);
+    let kind =
+        LightKind::Spot { intensity: white(1.0), from, to, cone_angle: 20.0, cone_delta: 0.0, power: None };
+    let world_from_light = AnimatedTransform::fixed(Transform::IDENTITY);
+    builder.add_light(&LightDesc { kind, world_from_light, medium: None, span: Span::NONE }, &mut sink);
+    let lights = builder.finish(Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) });
+    for strategy in STRATEGIES {
+        let n = Some(Dir::Z);
+        let p = Point(Vec3::new(0.1, 0.1, 0.0));
+        let context = LightContext { p, p_error: Vec3::ZERO, ng: n, ns: n, time: 0.0 };
+        let chosen = LightSelector::new(strategy, &lights).select(&context, 0.5);
+        assert!(chosen.is_some_and(|(_, p)| p > 0.99), "{strategy:?}: {chosen:?}");
+    }
+}

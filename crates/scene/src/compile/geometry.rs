@@ -8,7 +8,7 @@ use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 use super::CompileOptions;
 use crate::MaterialId;
 use crate::scene::SceneCounts;
-use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, flips, subdivide};
+use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
 use crate::textures::{FloatHandle, TextureCompiler};
 
 /// Nesting of objects within objects beyond this is taken for an endless circle.
@@ -165,13 +165,10 @@ fn compose(outer: &AnimatedTransform, inner: &AnimatedTransform) -> AnimatedTran
 fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
     let own = desc.world_from_object.start();
     let t = if place == Place::Moving { Transform::IDENTITY } else { own };
-    // The side of the normal follows from the whole transform, wherever it is applied.
-    let reverse = match place {
-        Place::Moving => desc.reverse_orientation != own.swaps_handedness(),
-        Place::World | Place::Object => desc.reverse_orientation,
-    };
-    let flip = flips(reverse, &t);
-    let quadric = |kind| ShapeGeometry::Quadric(Quadric { kind, world_from_object: t, flip });
+    // Normals map by the transform, so that a mirrored shape keeps its outside out: a mesh undoes the turn of its
+    // winding where positions are mapped, a quadric's normal never turns.
+    let reverse = desc.reverse_orientation;
+    let quadric = |kind| ShapeGeometry::Quadric(Quadric { kind, world_from_object: t, flip: reverse });
     match &desc.geometry {
         Geometry::Mesh(m) => ShapeGeometry::Mesh(Mesh::new(m, &t, reverse)),
         Geometry::LoopSubdiv(l) => ShapeGeometry::Mesh(Mesh::new(&subdivide(l), &t, reverse)),
@@ -307,4 +304,62 @@ fn count(shapes: &[Shape], instances: usize, accel: &Accel) -> SceneCounts {
         counts.geometry_bytes += shape.geometry.memory() as u64;
     }
     counts
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use math::{AnimatedTransform, DMat4, DVec3, Dir, Transform, Vec3};
+    use scene_desc::{MeshDesc, Span};
+
+    use super::*;
+
+    fn normal_of_bake(desc: &ShapeDesc, place: Place) -> Dir {
+        match bake(desc, place) {
+            ShapeGeometry::Mesh(m) => m.at(0, 0.2, 0.2, 0.0).ng,
+            ShapeGeometry::Quadric(q) => {
+                let p = q.world_from_object.point(math::Point(Vec3::new(0.6, 0.0, 0.8)));
+                q.at(0.0, 0.5, p).ng
+            }
+            ShapeGeometry::Patches(_) | ShapeGeometry::Strand(_) => unreachable!("not tested here"),
+        }
+    }
+
+    /// The outside of a mirrored shape stays outside, at rest and where it moves: as its light has it.
+    #[test]
+    fn mirrored_shapes_keep_their_outside() {
+        let matrix = DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0)) * DMat4::from_rotation_y(0.3);
+        let mirror = Transform::from_matrix(matrix).unwrap();
+        let triangle = MeshDesc {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            indices: vec![[0, 1, 2]],
+            ..MeshDesc::default()
+        };
+        let disk = Geometry::Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max: 360.0 };
+        let sphere = Geometry::Sphere { radius: 1.0, z_min: -1.0, z_max: 1.0, phi_max: 360.0 };
+        let sphere_normal = Vec3::new(0.6, 0.0, 0.8);
+        for (geometry, outside) in
+            [(Geometry::Mesh(Arc::new(triangle)), Vec3::Z), (disk, Vec3::Z), (sphere, sphere_normal)]
+        {
+            for reverse_orientation in [false, true] {
+                let desc = ShapeDesc {
+                    geometry: geometry.clone(),
+                    world_from_object: AnimatedTransform::fixed(mirror.clone()),
+                    reverse_orientation,
+                    material: scene_desc::MaterialId(0),
+                    alpha: None,
+                    area_light: None,
+                    medium_interface: None,
+                    span: Span::NONE,
+                };
+                let sign = if reverse_orientation { -1.0 } else { 1.0 };
+                let expected = mirror.normal(Dir(outside * sign));
+                let at_rest = normal_of_bake(&desc, Place::World);
+                let moving = mirror.normal(normal_of_bake(&desc, Place::Moving));
+                assert!((at_rest.0 - expected.0).length() < 1e-5, "{geometry:?}: {at_rest:?} {expected:?}");
+                assert!((moving.0 - expected.0).length() < 1e-5, "{geometry:?} moving: {moving:?}");
+            }
+        }
+    }
 }

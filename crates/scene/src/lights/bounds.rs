@@ -99,7 +99,8 @@ impl Lights {
             Light::Spot(l) => LightBounds {
                 axis: l.frame.n,
                 cos_theta_o: l.cos_start,
-                cos_theta_e: trig::cos(trig::safe_acos(l.cos_end) - trig::safe_acos(l.cos_start)),
+                // Below one, or a hard edge would leave no directions in which it shines.
+                cos_theta_e: trig::cos(trig::safe_acos(l.cos_end) - trig::safe_acos(l.cos_start)).min(0.9999),
                 ..at(l.p.0, power * sphere / l.solid_angle())
             },
             Light::Area(l) => {

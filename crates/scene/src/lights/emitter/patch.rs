@@ -11,6 +11,8 @@ use super::{NormalCone, SurfaceSample};
 
 /// Below this solid angle, in sr, area sampling is as good.
 const LEAST_SOLID_ANGLE: f32 = 1e-4;
+/// Above it, nearly a hemisphere, the viewer may lie on the patch itself but for rounding: its own back would be lit.
+const MOST_SOLID_ANGLE: f32 = 6.22;
 
 /// An emitting patch. Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +103,7 @@ impl Patch {
         }
         let edges = [self.p[1] - self.p[0], self.p[2] - self.p[0]];
         warp::SphericalRectangle::new(Point(self.p[0]), edges, from)
-            .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE)
+            .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE && r.solid_angle() < MOST_SOLID_ANGLE)
     }
 
     fn at<M: sampling::Measure>(&self, uv: [f32; 2], pdf: Pdf<M>) -> SurfaceSample<M> {
@@ -174,4 +176,21 @@ where
     T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
 {
     (c[0] * (1.0 - u) + c[1] * u) * (1.0 - v) + (c[2] * (1.0 - u) + c[3] * u) * v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A viewer on the patch itself, but for rounding, must not take all of the hemisphere for the lamp.
+    #[test]
+    fn a_patch_is_not_seen_from_itself() {
+        let p = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.0)].map(Point);
+        let patch = Patch::new(p, None, [Vec2::ZERO; 4], false).unwrap();
+        for height in [1e-7, -1e-7, 1e-5] {
+            assert!(patch.sample(Point(Vec3::new(0.4, 0.3, height)), [0.3, 0.8]).is_none(), "{height}");
+            assert!(patch.pdf(Point(Vec3::new(0.4, 0.3, height))).is_none(), "{height}");
+        }
+        assert!(patch.sample(Point(Vec3::new(0.4, 0.3, 0.1)), [0.3, 0.8]).is_some());
+    }
 }
