@@ -76,7 +76,7 @@ fn mean_radiosities_of_a_closed_box() {
                 if way.integrator == "mlt" && name != "A" {
                     continue;
                 }
-                let found = replicates(&way, &scene, 4, 0..32);
+                let found = replicates(&way, &scene, 2, 0..32);
                 let channels = if name == "C" { 0..3 } else { 1..2 };
                 for c in channels {
                     let name = format!("box {name}, mean {view} {}, {}", ["R", "G", "B"][c], way.name());
@@ -105,7 +105,7 @@ fn furnaces_and_the_integrating_sphere() {
     ] {
         let scene = Eye { window: 0.5, ..Eye::at([0.0; 3], to, 32) }.scene(world);
         for way in [LIGHT, BDPT, MLT] {
-            let found = replicates(&way, &scene, 4, 0..32);
+            let found = replicates(&way, &scene, 2, 0..32);
             family.mean(format!("{name}, {}", way.name()), &found[1], truth);
         }
     }
@@ -188,7 +188,7 @@ fn irradiance_by_light_paths() {
         let scene = Eye { window: 1.0, ..Eye::on_floor(48) }.scene(&format!("{floor}{lamp}\n"));
         let e = window_mean(1.0, e);
         for way in [LIGHT, BDPT, MLT] {
-            let found = replicates(&way, &scene, 4, 0..32);
+            let found = replicates(&way, &scene, 2, 0..32);
             family.mean_within(format!("{name}, {}", way.name()), &found[1], 0.5 * e / PI, 1e-4);
         }
     }
@@ -221,7 +221,7 @@ fn a_slab_of_glass_in_the_sun() {
         Way { integrator: "light", settings: &[NONE, ("rr_depth", "100")] },
         Way { integrator: "bdpt", settings: &[NONE, ("rr_depth", "100")] },
     ] {
-        let found = replicates(&way, &scene, 4, 0..32);
+        let found = replicates(&way, &scene, 2, 0..32);
         family.mean_within(format!("slab, {}", way.name()), &found[1], DARK / PI * 0.923_076_9, 1e-3);
     }
     family.finish();
@@ -242,7 +242,7 @@ fn disk_mean(way: &Way<'_>, scene: &Scene, side: u32, radius: f64) -> Moments {
     let shares: Vec<f64> = (0..(side * side) as usize).map(share).collect();
     let total: f64 = shares.iter().sum();
     Moments::of((0..32).map(|seed| {
-        let image = way.render(scene, 0..4, seed, 2).0.film().develop();
+        let image = way.render(scene, 0..2, seed, 2).0.film().develop();
         let sum: f64 = image.mean.iter().zip(&shares).map(|(p, s)| f64::from(p[1]) * s).sum();
         sum / total * PI / DARK
     }))

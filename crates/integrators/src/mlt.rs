@@ -195,7 +195,7 @@ impl Chain<'_> {
             let proposed = self.evaluate(&mut numbers, &mut out.counters);
             self.proposal = numbers;
             if is_small {
-                self.remember();
+                remember(&mut self.current, &self.proposal, &mut self.rng);
             }
             let acceptance = (proposed.size() / state.size()).min(1.0);
             splat(&proposed, acceptance, out);
@@ -227,16 +227,6 @@ impl Chain<'_> {
             }
         }
         chosen.map(|value| (value, (sum / f64::from(n)) as f32))
-    }
-
-    /// The current state's own values of numbers that only a small step has read: what the proposal's would have come
-    /// from. Without them a rejected step would leave no trace, and the chain would not be reversible.
-    fn remember(&mut self) {
-        for (own, proposed) in self.current.iter_mut().zip(&self.proposal) {
-            for &x in proposed.iter().skip(own.len()) {
-                own.push(nudged(x, self.rng.next_f32()));
-            }
-        }
     }
 
     /// Makes the proposal from the current state; is it a small step?
@@ -322,6 +312,16 @@ fn depth_of(u: f32, max: u32) -> (usize, f32) {
     (depth, p / sum)
 }
 
+/// Gives a state its own values of numbers that only a small step from it has read: what the proposal's would have come
+/// from. Without them a rejected step would leave no trace, and the chain would not be reversible.
+fn remember(current: &mut Numbers, proposal: &Numbers, rng: &mut Rng) {
+    for (own, proposed) in current.iter_mut().zip(proposal) {
+        for &x in proposed.iter().skip(own.len()) {
+            own.push(nudged(x, rng.next_f32()));
+        }
+    }
+}
+
 /// A small step, which wraps around.
 fn nudged(x: f32, u: f32) -> f32 {
     // One half of u is the sign, the rest the size 1/64 · 16^-v.
@@ -363,6 +363,20 @@ mod tests {
                 });
                 assert!((count as f32 / n as f32 - told.unwrap()).abs() < 1e-3, "{max} {depth}");
             }
+        }
+    }
+
+    #[test]
+    fn a_state_keeps_numbers_that_a_small_step_read_first() {
+        let mut current: Numbers = [vec![0.5], vec![], vec![0.1, 0.2]];
+        let proposal: Numbers = [vec![0.51, 0.999, 0.25], vec![0.75], vec![0.1]];
+        remember(&mut current, &proposal, &mut Rng::from_parts(&[1]));
+        assert_eq!(current.each_ref().map(Vec::len), [3, 1, 2]);
+        assert_eq!((current[0][0], &current[2]), (0.5, &vec![0.1, 0.2]), "what it had stays");
+        for (own, proposed) in [(current[0][1], 0.999), (current[0][2], 0.25), (current[1][0], 0.75_f32)] {
+            let d = (own - proposed).abs();
+            let d = d.min(1.0 - d);
+            assert!(d <= 1.0 / 64.0 + 1e-6 && d > 0.0, "{own} is one small step from {proposed}");
         }
     }
 
