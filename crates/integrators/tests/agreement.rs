@@ -2,6 +2,7 @@
 //! noisy. All tests of this file are one family with a false-alarm rate of 1 % (Šidák).
 //!
 //! What a method cannot see is said in the table, tile by tile (3 × 3 of them, row by row from the top left).
+#![allow(clippy::print_stdout, reason = "figures of the tests")]
 
 mod common;
 

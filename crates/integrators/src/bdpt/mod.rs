@@ -199,6 +199,7 @@ impl Walks<'_> {
 }
 
 #[cfg(test)]
+#[allow(clippy::print_stdout, reason = "figures of the test")]
 mod tests {
     use scene::{CompileOptions, compile};
     use scene_desc::Sink;

@@ -8,7 +8,7 @@
 //! | s ≥ 2, t = 1 | a surface of the light's walk is connected to the lens                       |
 //! | t = 0        | the walk from the light passes a lens of finite size                         |
 
-use math::Ray;
+use math::{Dir, Point, Ray};
 use sampling::Sampler;
 use scatter::{Density, TransportMode};
 use scene::{LightId, Scene, SurfaceInteraction, segment};
@@ -78,7 +78,7 @@ struct Found {
     /// Density with which the walk found it.
     forward: f32,
     /// Back along the walk.
-    back: math::Dir,
+    back: Dir,
 }
 
 impl Joint<'_> {
@@ -89,7 +89,7 @@ impl Joint<'_> {
             (0, _) => self.find_emitters(t),
             (1, _) => self.next_event(t),
             (_, 0) => self.pass_lens(s),
-            (_, 1) => self.to_eye(s),
+            (_, 1) => self.reach_eye(s),
             _ => self.connect(s, t),
         };
         c.filter(|c| !c.unweighted.is_black())
@@ -99,42 +99,47 @@ impl Joint<'_> {
 
     fn find_emitters(&mut self, t: usize) -> Option<Contribution> {
         let before = t - 2;
-        let eye = &self.paths.eye;
         let mut sum = Contribution { unweighted: Spectrum::ZERO, weighted: Spectrum::ZERO, splat: None };
-        let surface = eye.vertices.get(before).map(|v| (v.si, v.throughput, v.forward));
-        let passed = eye.passed.iter().filter(|p| p.after == before).map(|p| (p.si, p.throughput, p.forward));
-        let surfaces = passed.chain(surface).filter_map(|p| self.found_surface(&p));
-        let found: Vec<Found> = surfaces.chain(self.found_sky(before)).collect();
-        for f in &found {
-            let value = f.throughput * f.le;
-            sum.unweighted += value;
-            sum.weighted += value * self.weight_of_found(f, t);
+        for i in 0..self.paths.eye.passed.len() {
+            let p = self.paths.eye.passed[i];
+            if p.after == before {
+                self.add_surface(&mut sum, t, &(p.si, p.throughput, p.forward));
+            }
+        }
+        if let Some(v) = self.paths.eye.vertices.get(before) {
+            let surface = (v.si, v.throughput, v.forward);
+            self.add_surface(&mut sum, t, &surface);
+        } else if let Some(e) = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before) {
+            // Every infinite light is a path of its own.
+            let scene = self.scene;
+            for &light in scene.lights.infinite() {
+                let le = scene.lights.infinite_emitted(light, e.dir, &self.wl);
+                let place = Place { p: Point::default(), n: None, is_infinite: true };
+                let (throughput, forward) = (e.throughput, e.forward);
+                self.add_found(&mut sum, t, &Found { light, place, le, throughput, forward, back: -e.dir });
+            }
         }
         Some(sum)
     }
 
-    fn found_surface(
-        &self,
+    fn add_surface(
+        &mut self,
+        sum: &mut Contribution,
+        t: usize,
         &(si, throughput, forward): &(SurfaceInteraction, Spectrum, f32),
-    ) -> Option<Found> {
-        let light = si.light?;
-        let le = self.scene.emitted(&si, si.wo, &self.wl)?;
-        let place = Place { p: si.p, n: Some(si.ng), is_infinite: false };
-        (!le.is_black()).then_some(Found { light, place, le, throughput, forward, back: si.wo })
+    ) {
+        if let (Some(light), Some(le)) = (si.light, self.scene.emitted(&si, si.wo, &self.wl)) {
+            let place = Place { p: si.p, n: Some(si.ng), is_infinite: false };
+            self.add_found(sum, t, &Found { light, place, le, throughput, forward, back: si.wo });
+        }
     }
 
-    /// Every infinite light is a path of its own.
-    fn found_sky(&self, before: usize) -> impl Iterator<Item = Found> {
-        let escape = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before);
-        let lights = &self.scene.lights;
-        escape.into_iter().flat_map(move |e| {
-            lights.infinite().iter().map(move |&light| {
-                let le = lights.infinite_emitted(light, e.dir, &self.wl);
-                let place = Place { p: math::Point::default(), n: None, is_infinite: true };
-                let (throughput, forward) = (e.throughput, e.forward);
-                Found { light, place, le, throughput, forward, back: -e.dir }
-            })
-        })
+    fn add_found(&mut self, sum: &mut Contribution, t: usize, found: &Found) {
+        let value = found.throughput * found.le;
+        if !value.is_black() {
+            sum.unweighted += value;
+            sum.weighted += value * self.weight_of_found(found, t);
+        }
     }
 
     fn weight_of_found(&mut self, f: &Found, t: usize) -> f32 {
@@ -198,7 +203,7 @@ impl Joint<'_> {
         let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
         let d = z.si.p - y.si.p;
         let distance_squared = d.length_squared();
-        let w = math::Dir(d / distance_squared.sqrt());
+        let w = Dir(d / distance_squared.sqrt());
         let scattered = y.scatter(w, TransportMode::Importance) * z.scatter(-w, TransportMode::Radiance);
         let value = y.throughput * scattered * z.throughput * (1.0 / distance_squared);
         if value.is_black() || !value.is_finite() {
@@ -219,7 +224,7 @@ impl Joint<'_> {
 
     // ---- t = 1 ----
 
-    fn to_eye(&mut self, s: usize) -> Option<Contribution> {
+    fn reach_eye(&mut self, s: usize) -> Option<Contribution> {
         let u_lens = if self.scene.camera.has_lens() { self.sampler.next_2d() } else { [0.5; 2] };
         let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
         let eye = connect_to_eye(self.scene, &y, u_lens, self.counters)?;
@@ -251,7 +256,7 @@ impl Joint<'_> {
         let start = self.paths.light_start?;
         let before = self.light_place(s - 2)?;
         let (time, dir) = match s.checked_sub(3).and_then(|i| self.paths.light.vertices.get(i)) {
-            Some(v) => (v.si.time, math::Dir::normalize(v.si.p - arrival.hit.p)),
+            Some(v) => (v.si.time, Dir::normalize(v.si.p - arrival.hit.p)),
             None => (start.start.ray.time, -start.start.ray.dir),
         };
         let (position, leaving) = camera_densities(self.scene, &Ray::new(arrival.hit.p, dir, time));
@@ -322,7 +327,7 @@ fn join(
     s: usize,
     y: &Vertex,
     z: &Vertex,
-    (w, before_y, before_z): (math::Dir, Option<Place>, Option<Place>),
+    (w, before_y, before_z): (Dir, Option<Place>, Option<Place>),
 ) {
     let at = |leaving: Leaving, place: Option<Place>| place.map_or(0.0, |p| leaving.density_at(&p));
     links[s].from_light = at(y.leaving(y.si.wo, w, TransportMode::Importance), Some(z.place()));

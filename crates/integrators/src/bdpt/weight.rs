@@ -1,14 +1,14 @@
 //! Weights of multiple importance sampling over all ways of making one path [Veach1997, sec. 10.2.1].
 //!
-//! A path of vertices x₀ (on the light) to x_k (on the lens) is made by the strategy (s, t), s + t = k + 1, with the
+//! A path of vertices x₀ (on the light) to `x_k` (on the lens) is made by the strategy (s, t), s + t = k + 1, with the
 //! density
 //!
 //! ```text
 //! p_s = ∏_{i < s} a_i · ∏_{i ≥ s} b_i,
 //! ```
 //!
-//! where a_i is the density of finding x_i from the light's side and b_i that from the eye's. Neighbours differ by one
-//! ratio, `p_{s+1} / p_s = a_s / b_s`, so all are known up to a common factor after one walk along the path.
+//! where `a_i` is the density of finding `x_i` from the light's side and `b_i` that from the eye's. Neighbours differ by
+//! one ratio, `p_{s+1} / p_s = a_s / b_s`, so all are known up to a common factor after one walk along the path.
 //!
 //! Three factors make strategies different from that: next-event estimation (s = 1) draws x₀ anew, as seen from x₁;
 //! there may be more or fewer light paths than camera paths; and an edge next to a delta lobe cannot be connected.
