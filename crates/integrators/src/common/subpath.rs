@@ -305,3 +305,32 @@ impl Walk<'_> {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use math::Vec3;
+
+    use super::*;
+
+    /// Over a disk of radius R at distance 1 a density of 1/2π per steradian adds up to 1 − cos θ, tan θ = R.
+    #[test]
+    fn a_density_per_area_adds_up_to_what_the_solid_angle_holds() {
+        let from = Point::new(0.0, 0.0, 1.0);
+        let leaving = Leaving::Point { from, density: std::f32::consts::FRAC_1_PI * 0.5 };
+        let (radius, n) = (3.0_f32, 3000);
+        let sum: f64 = (0..n)
+            .map(|i| {
+                let r = radius * (i as f32 + 0.5) / n as f32;
+                let place = Place { p: Point::new(r, 0.0, 0.0), n: Some(Dir::Z), is_infinite: false };
+                let ring = std::f64::consts::TAU * f64::from(r * radius) / f64::from(n);
+                f64::from(leaving.density_at(&place)) * ring
+            })
+            .sum();
+        assert!((sum - (1.0 - 1.0 / 10.0_f64.sqrt())).abs() < 1e-5, "{sum}");
+
+        let slanted = Dir(Vec3::new(0.6, 0.0, 0.8));
+        let place = Place { p: from, n: Some(Dir::Z), is_infinite: false };
+        let across = Leaving::Parallel { density: 0.5, dir: slanted };
+        assert!((across.density_at(&place) - 0.4).abs() < 1e-6, "|cos θ| times as dense as across the rays");
+    }
+}
