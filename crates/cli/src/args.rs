@@ -55,7 +55,7 @@ pub(crate) struct SceneArgs {
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = key_value)]
     pub(crate) define: Vec<(String, String)>,
     /// Use this many threads (default: all)
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(crate) threads: Option<NonZero<usize>>,
     /// Use this instruction set for rays: scalar, avx2 or avx512 (default: the best there is)
     #[arg(long, value_name = "NAME", value_parser = isa)]
@@ -86,7 +86,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// Samples in each pixel (default: the file's)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "stop")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true, group = "stop")]
     pub(crate) spp: Option<u32>,
     /// Render for this long, such as 30s, 2m or 1.5h, to the last whole pass
     #[arg(long, value_name = "TIME", value_parser = duration, group = "stop")]
@@ -107,7 +107,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
     /// Brighten pictures of eight bits by this many stops
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true, default_value_t = 0.0)]
     pub(crate) exposure: f32,
     /// Say nothing but warnings and errors
     #[arg(long)]
@@ -126,7 +126,7 @@ pub(crate) struct MergeArgs {
     #[arg(short, long, value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
     /// Brighten pictures of eight bits by this many stops
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true, default_value_t = 0.0)]
     pub(crate) exposure: f32,
     /// Print one JSON object at the end
     #[arg(long)]
@@ -168,7 +168,7 @@ pub(crate) struct BenchArgs {
     /// The scene to measure with (default: one that is built in)
     pub(crate) scene: Option<PathBuf>,
     /// Use this many threads (default: all)
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(crate) threads: Option<NonZero<usize>>,
     /// Measure each figure for this long
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "2s")]
@@ -214,6 +214,14 @@ fn crop(s: &str) -> Result<[i32; 4], String> {
 
 fn pixel(s: &str) -> Result<[i32; 2], String> {
     numbers(s, ',').ok_or("expected X,Y, such as 120,45".into())
+}
+
+fn threads(s: &str) -> Result<NonZero<usize>, String> {
+    s.parse().map_err(|_| "expected a whole number from 1".into())
+}
+
+fn stops(s: &str) -> Result<f32, String> {
+    s.parse().ok().filter(|x: &f32| x.is_finite()).ok_or("expected a number, such as 1.5 or -2".into())
 }
 
 fn isa(s: &str) -> Result<accel::Isa, String> {
@@ -278,6 +286,14 @@ mod tests {
         for bad in ["", "s", "0s", "-1s", "1d", "nan", "inf", "1e300h"] {
             assert!(duration(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn numbers_are_checked() {
+        assert!(threads("0").is_err() && threads("-1").is_err() && threads("x").is_err());
+        assert_eq!(threads("2").map(NonZero::get), Ok(2));
+        assert!(stops("nan").is_err() && stops("inf").is_err());
+        assert_eq!(stops("-1.5"), Ok(-1.5));
     }
 
     #[test]

@@ -328,4 +328,6 @@ fn a_replayed_path_is_the_one_of_the_render() {
     }
     let args = ["replay", "ball.pbrt", "--pixel", "-2,-1", "--pass", "0"];
     assert_eq!(steradian(folder.path(), &args).code, 0, "the filter's border is sampled too");
+    let far = steradian(folder.path(), &["replay", "ball.pbrt", "--pixel", "500,5", "--pass", "0"]);
+    assert!(far.code == 2 && far.all().contains("outside of the film"), "{}", far.all());
 }

@@ -46,6 +46,16 @@ pub enum Error {
         /// In bytes.
         available: u64,
     },
+    /// A pixel to be replayed that no sample of the film begins in.
+    #[error("pixel {},{} lies outside of the film of {width} x {height} pixels", at[0], at[1])]
+    Pixel {
+        /// Column and row.
+        at: [i32; 2],
+        /// Columns of the film.
+        width: u32,
+        /// Rows of the film.
+        height: u32,
+    },
     /// A checkpoint that does not fit.
     #[error("{} cannot be resumed: {reason}", path.display())]
     Resume {
@@ -65,7 +75,7 @@ impl Error {
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {
-            Self::Parameter(_) | Self::Resume { .. } | Self::Memory { .. } => true,
+            Self::Parameter(_) | Self::Resume { .. } | Self::Memory { .. } | Self::Pixel { .. } => true,
             Self::Film(e) => !matches!(e, film::Error::Io { .. }),
             Self::Threads { .. } | Self::Output { .. } => false,
         }

@@ -17,6 +17,9 @@ use crate::run::{Checkpointer, Control, Passes, RunReport, run};
 use crate::stop::Stop;
 use crate::{Error, Workers};
 
+/// No filter reaches farther around the film, in pixels: [`film::Filter`]'s largest radius less the pixel's own half.
+const FARTHEST_BORDER: u32 = 15;
+
 /// What a caller wants otherwise than the scene's file.
 #[derive(Clone, Debug, Default)]
 pub struct Method {
@@ -120,6 +123,10 @@ impl<'s> Job<'s> {
         let settings = self.film.settings();
         let inside = [0, 1].map(|a| pixel[a].clamp(0, settings.resolution[a] as i32 - 1));
         let far = (0..2).map(|a| inside[a].abs_diff(pixel[a])).max().unwrap_or(0);
+        if far > FARTHEST_BORDER {
+            let [width, height] = settings.resolution;
+            return Err(Error::Pixel { at: pixel, width, height });
+        }
         let filter = match far {
             0 => Filter::pixel_box(),
             _ => Filter::Box { radius: [far as f32 + 1.0; 2] },

@@ -165,10 +165,10 @@ impl Build<'_, '_> {
             }
         }
         let radius = [p.float("xradius", radius, self.report), p.float("yradius", radius, self.report)];
-        if radius.iter().any(|r| !(*r > 0.0 && *r <= 64.0)) {
+        if radius.iter().any(|r| !(*r > 0.0 && *r <= 16.0)) {
             let at = p.span_of("xradius").or(p.span_of("yradius")).unwrap_or(entity.span);
             let message = format!("a filter of radius {} by {}", radius[0], radius[1]);
-            self.report.error(at, message).hint("expected above 0 and at most 64 pixels");
+            self.report.error(at, message).hint("expected above 0 and at most 16 pixels");
         }
         let positive = |name, default, this: &mut Self| {
             let value = p.float(name, default, this.report);

@@ -190,7 +190,8 @@ impl<'r, 's> Parser<'r, 's> {
             Ok(source) => source,
             Err(e) => {
                 let message = format!("{} cannot be read: {e}", path.display());
-                return self.refuse(asked_at, message, e.hint());
+                let hint = if self.open_files.is_empty() { "is it the right path?" } else { e.hint() };
+                return self.refuse(asked_at, message, hint);
             }
         };
         self.n_files += 1;
