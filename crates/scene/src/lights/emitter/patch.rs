@@ -110,7 +110,9 @@ impl Patch {
         let size = self.p.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs()));
         SurfaceSample {
             p: Point(self.point(uv)),
-            p_error: size * gamma(8),
+            // In a plane through zero the coordinate has no error, but a ray's distance to the patch has: without
+            // the second term light that leaves such a lamp would meet it again (as in `PatchMesh::at`).
+            p_error: size * gamma(8) + Vec3::splat(size.max_element() * 1e-9),
             n: self.normal(uv),
             uv: bilerp(self.uv, uv),
             pdf,
@@ -192,5 +194,9 @@ mod tests {
             assert!(patch.pdf(Point(Vec3::new(0.4, 0.3, height))).is_none(), "{height}");
         }
         assert!(patch.sample(Point(Vec3::new(0.4, 0.3, 0.1)), [0.3, 0.8]).is_some());
+        assert!(
+            patch.sample_area([0.3, 0.8]).p_error.min_element() > 0.0,
+            "light must leave a plane through zero"
+        );
     }
 }
