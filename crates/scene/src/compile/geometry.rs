@@ -345,7 +345,7 @@ mod tests {
             for reverse_orientation in [false, true] {
                 let desc = ShapeDesc {
                     geometry: geometry.clone(),
-                    world_from_object: AnimatedTransform::fixed(mirror.clone()),
+                    world_from_object: AnimatedTransform::fixed(mirror),
                     reverse_orientation,
                     material: scene_desc::MaterialId(0),
                     alpha: None,
