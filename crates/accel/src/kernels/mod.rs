@@ -6,6 +6,7 @@
 mod lanes;
 pub(crate) mod memory;
 mod scalar;
+mod stack;
 mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -16,7 +17,7 @@ use crate::accel::Accel;
 use crate::hit::{Best, Hit};
 use crate::isa::Isa;
 
-pub(crate) use traverse::MAX_DEPTH;
+pub(crate) use stack::MAX_DEPTH;
 
 /// Can this processor run the kernel?
 pub(crate) fn is_available(isa: Isa) -> bool {

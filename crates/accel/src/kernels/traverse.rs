@@ -10,16 +10,13 @@ use std::mem::MaybeUninit;
 use math::Ray;
 
 use super::lanes::Lanes;
+use super::stack::{Met, Stack, nearest_first};
 use crate::accel::Accel;
 use crate::blas::Blas;
 use crate::hit::{Best, Hit, NO_INSTANCE};
 use crate::layout::{ChildRef, FILTER_BIT, Node8, TriBlock, WIDTH, WideTree};
 use crate::primitive::triangle;
 use crate::ray_space::RaySpace;
-
-/// Wide nodes on a way down that the stack has room for.
-pub(crate) const MAX_DEPTH: usize = 64;
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + WIDTH + 1;
 
 /// A ray in registers.
 struct WideRay<L> {
@@ -141,108 +138,6 @@ fn block_candidates<L: Lanes>(wide: &WideRay<L>, block: &TriBlock, t_max: f32) -
 /// What is done at a leaf. Its method must be `inline(always)`, see above.
 trait AtLeaf {
     fn visit(&mut self, leaf: ChildRef, best: &mut Best);
-}
-
-/// A stack of keys: the entry distance in the upper half, the child in the lower.
-struct Stack<'a> {
-    // A reference: kept by value, the compiler fills the array with zeros.
-    keys: &'a mut MaybeUninit<[u64; STACK]>,
-    height: usize,
-}
-
-impl Stack<'_> {
-    /// The place `i`, which must be below [`STACK`].
-    #[inline(always)]
-    fn at(&mut self, i: usize) -> *mut u64 {
-        self.keys.as_mut_ptr().cast::<u64>().wrapping_add(i)
-    }
-
-    #[inline(always)]
-    fn push(&mut self, key: u64) {
-        debug_assert!(self.height < STACK);
-        // SAFETY: a tree is at most `MAX_DEPTH` deep (its builder sees to it), a node leaves at most seven keys behind
-        // on the way down and pushes eight at once, so `height < STACK`.
-        unsafe { self.at(self.height).write(key) };
-        self.height += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<u64> {
-        if self.height == 0 {
-            return None;
-        }
-        self.height -= 1;
-        // SAFETY: every place below the old `height` was written by `push`.
-        Some(unsafe { self.at(self.height).read() })
-    }
-
-    /// Orders the keys from `base` on, greatest first.
-    #[inline(always)]
-    fn sort_from(&mut self, base: usize) {
-        for i in base + 1..self.height {
-            // SAFETY: `base ≤ j ≤ i < height`, and every place below `height` was written by `push`.
-            unsafe {
-                let key = self.at(i).read();
-                let mut j = i;
-                while j > base && self.at(j - 1).read() < key {
-                    self.at(j).write(self.at(j - 1).read());
-                    j -= 1;
-                }
-                self.at(j).write(key);
-            }
-        }
-    }
-}
-
-/// The children that a node test left over.
-struct Met<'a> {
-    mask: u32,
-    entry: [f32; WIDTH],
-    node: &'a Node8,
-}
-
-impl Met<'_> {
-    /// Takes the next one out.
-    #[inline(always)]
-    fn next(&mut self) -> u64 {
-        let lane = self.mask.trailing_zeros() as usize & (WIDTH - 1);
-        self.mask &= self.mask.wrapping_sub(1);
-        u64::from(self.entry[lane].to_bits()) << 32 | u64::from(self.node.children[lane].0)
-    }
-}
-
-/// The nearest of the children that were met; the others go onto the stack, farthest first.
-#[inline(always)]
-fn nearest_first(mut met: Met<'_>, stack: &mut Stack<'_>) -> ChildRef {
-    let a = met.next();
-    if met.mask == 0 {
-        return ChildRef(a as u32);
-    }
-    let b = met.next();
-    let (near, far) = if a < b { (a, b) } else { (b, a) };
-    if met.mask == 0 {
-        stack.push(far);
-        return ChildRef(near as u32);
-    }
-    let c = met.next();
-    if met.mask == 0 {
-        // near < far are in order; place c.
-        let (middle, last) = if c < far { (c, far) } else { (far, c) };
-        let (first, middle) = if middle < near { (middle, near) } else { (near, middle) };
-        stack.push(last);
-        stack.push(middle);
-        return ChildRef(first as u32);
-    }
-    let base = stack.height;
-    stack.push(far);
-    stack.push(near);
-    stack.push(c);
-    while met.mask != 0 {
-        let key = met.next();
-        stack.push(key);
-    }
-    stack.sort_from(base);
-    ChildRef(stack.pop().unwrap_or_default() as u32)
 }
 
 /// Visits the leaves that the ray meets, until the tree is exhausted or (`ANY`) something is found.
