@@ -35,6 +35,11 @@ pub(crate) enum SourceError {
 }
 
 impl SourceError {
+    /// Is there no such file?
+    pub(crate) fn is_absent(&self) -> bool {
+        matches!(self, Self::Io(e) if e.kind() == std::io::ErrorKind::NotFound)
+    }
+
     /// What to do about it.
     pub(crate) fn hint(&self) -> &'static str {
         match self {

@@ -43,7 +43,7 @@ fn files_that_are_no_scene() {
     damaged.pbrt.gz: error: damaged.pbrt.gz cannot be read: damaged gzip data: corrupt deflate stream
       hint: the file is truncated or damaged
     absent.pbrt: error: absent.pbrt cannot be read: No such file or directory (os error 2)
-      hint: paths are relative to the main scene file's folder
+      hint: is it the right path?
     scene.xml: error: the reader for Mitsuba XML is not there yet
       hint: pbrt-v4 scenes (.pbrt, .pbrt.gz) can be read
     scene.gltf: error: the reader for glTF is not there yet
@@ -380,7 +380,7 @@ fn cameras_and_films_that_make_no_sense() {
     a.pbrt:1:22: error: the shutter closes at 0, not after it opens at 0
       hint: "shutterclose" must be above "shutteropen"
     a.pbrt:2:19: error: a filter of radius -1 by 0.5
-      hint: expected above 0 and at most 64 pixels
+      hint: expected above 0 and at most 16 pixels
     "#);
     assert_snapshot!(said("Sampler \"sobol\" \"integer pixelsamples\" 0\nIntegrator \"path\" \"integer maxdepth\" -1"), @r#"
     a.pbrt:1:17: error: "pixelsamples" is 0

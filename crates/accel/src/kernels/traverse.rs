@@ -2,7 +2,7 @@
 //!
 //! Nearest hit: children are visited by entry distance; the stack holds 64-bit keys with the distance (never negative,
 //! so its bits are ordered) in the upper half. Any hit: in the order of the slots, biggest box first.
-#![allow(unsafe_code, reason = "an uninitialised stack; see each SAFETY note")]
+#![allow(unsafe_code, reason = "unchecked indices; see each SAFETY note")]
 
 use std::marker::PhantomData;
 use std::mem::MaybeUninit;

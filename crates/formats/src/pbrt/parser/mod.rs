@@ -190,7 +190,8 @@ impl<'r, 's> Parser<'r, 's> {
             Ok(source) => source,
             Err(e) => {
                 let message = format!("{} cannot be read: {e}", path.display());
-                let hint = if self.open_files.is_empty() { "is it the right path?" } else { e.hint() };
+                let is_main = self.open_files.is_empty();
+                let hint = if is_main && e.is_absent() { "is it the right path?" } else { e.hint() };
                 return self.refuse(asked_at, message, hint);
             }
         };
