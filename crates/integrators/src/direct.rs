@@ -8,7 +8,6 @@
 //! its error correlated.
 
 use math::Dir;
-use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Density, LobeFlags, TransportMode};
 use scene::{LightContext, Scene, SurfaceInteraction};
@@ -18,7 +17,7 @@ use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
     infinite_light_pdf, light_pdf, sampler_of,
 };
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
 use crate::{Counters, Integrator};
 
@@ -49,11 +48,7 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Integer(1),
             doc: "direction samples per camera sample (all but light)",
         },
-        ParameterInfo {
-            name: "heuristic",
-            kind: ParameterKind::Choice(&["power", "balance"]),
-            doc: "how the weights of mis follow from the densities",
-        },
+        shared::HEURISTIC,
         ParameterInfo {
             name: "shared",
             kind: ParameterKind::Bool(false),
@@ -69,7 +64,7 @@ fn parameters() -> Vec<ParameterInfo> {
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let sampling = p.text("sampling");
-    let heuristic = if p.text("heuristic") == "balance" { Heuristic::Balance } else { Heuristic::Power };
+    let heuristic = shared::heuristic(p);
     let estimator = Direct {
         lights: match sampling {
             "mis" => Some(LightStrategy::Mis(heuristic)),

@@ -15,7 +15,7 @@ use spectrum::Wavelengths;
 use crate::common::{
     DirectionSampling, LightStart, PixelLoop, Roulette, Subpath, Walk, connect_to_eye, sampler_of,
 };
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making};
 use crate::{Cell, CellOutput, Integrator, PassContext};
@@ -31,18 +31,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
 };
 
 fn parameters() -> Vec<ParameterInfo> {
-    vec![
-        ParameterInfo {
-            name: "max_depth",
-            kind: ParameterKind::Limit(Some(5)),
-            doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
-        },
-        ParameterInfo {
-            name: "rr_depth",
-            kind: ParameterKind::Integer(3),
-            doc: "scattering events before Russian roulette may end a path",
-        },
-    ]
+    vec![shared::MAX_DEPTH, shared::RR_DEPTH]
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {

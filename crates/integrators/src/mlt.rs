@@ -19,14 +19,13 @@
 
 use math::{Bounds2i, trig};
 use sampling::Sampler;
-use sampling::mis::Heuristic;
 use sampling::rng::Rng;
 use scene::Scene;
 use spectrum::Wavelengths;
 
 use crate::bdpt::{Joint, Subpaths, Walks, Weighting, weighting};
 use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
@@ -43,16 +42,8 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
 
 fn parameters() -> Vec<ParameterInfo> {
     vec![
-        ParameterInfo {
-            name: "max_depth",
-            kind: ParameterKind::Limit(Some(5)),
-            doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
-        },
-        ParameterInfo {
-            name: "heuristic",
-            kind: ParameterKind::Choice(&["power", "balance"]),
-            doc: "how the weights of strategies follow from the densities",
-        },
+        shared::MAX_DEPTH,
+        shared::HEURISTIC,
         ParameterInfo {
             name: "mutations",
             kind: ParameterKind::Integer(16_384),
@@ -72,7 +63,7 @@ fn parameters() -> Vec<ParameterInfo> {
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let heuristic = if p.text("heuristic") == "balance" { Heuristic::Balance } else { Heuristic::Power };
+    let heuristic = shared::heuristic(p);
     let directly = PixelLoop {
         estimator: Path {
             max_depth: 0,

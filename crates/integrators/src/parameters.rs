@@ -33,6 +33,36 @@ pub enum ParameterKind {
     Text(&'static str),
 }
 
+/// Parameters that several integrators have.
+pub(crate) mod shared {
+    use sampling::mis::Heuristic;
+
+    use super::{ParameterInfo, ParameterKind, Parameters};
+
+    pub(crate) const MAX_DEPTH: ParameterInfo = ParameterInfo {
+        name: "max_depth",
+        kind: ParameterKind::Limit(Some(5)),
+        doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
+    };
+
+    pub(crate) const RR_DEPTH: ParameterInfo = ParameterInfo {
+        name: "rr_depth",
+        kind: ParameterKind::Integer(3),
+        doc: "scattering events of a walk before Russian roulette may end it",
+    };
+
+    pub(crate) const HEURISTIC: ParameterInfo = ParameterInfo {
+        name: "heuristic",
+        kind: ParameterKind::Choice(&["power", "balance"]),
+        doc: "how the weights of competing techniques follow from their densities",
+    };
+
+    /// What [`HEURISTIC`] was set to.
+    pub(crate) fn heuristic(p: &Parameters) -> Heuristic {
+        if p.text(HEURISTIC.name) == "balance" { Heuristic::Balance } else { Heuristic::Power }
+    }
+}
+
 /// Why a parameter was not taken.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]

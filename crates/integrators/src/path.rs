@@ -7,7 +7,6 @@
 //! Without `shadow_rays` the walk alone finds emitters; delta lights are then invisible and contribute nothing.
 
 use math::Dir;
-use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{LobeFlags, TransportMode};
 use scene::{LightContext, Scene, SurfaceInteraction};
@@ -18,7 +17,7 @@ use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
     Roulette, infinite_light_pdf, light_pdf, sampler_of,
 };
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
 
 /// For the registry.
@@ -33,16 +32,8 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
 
 fn parameters() -> Vec<ParameterInfo> {
     vec![
-        ParameterInfo {
-            name: "max_depth",
-            kind: ParameterKind::Limit(Some(5)),
-            doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
-        },
-        ParameterInfo {
-            name: "rr_depth",
-            kind: ParameterKind::Integer(3),
-            doc: "scattering events before Russian roulette may end a path",
-        },
+        shared::MAX_DEPTH,
+        shared::RR_DEPTH,
         ParameterInfo {
             name: "shadow_rays",
             kind: ParameterKind::Bool(true),
@@ -53,11 +44,7 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Bool(true),
             doc: "weigh shadow rays against rays that find emitters; false: shadow rays alone",
         },
-        ParameterInfo {
-            name: "heuristic",
-            kind: ParameterKind::Choice(&["power", "balance"]),
-            doc: "how the weights follow from the densities",
-        },
+        shared::HEURISTIC,
         ParameterInfo {
             name: "sampling",
             kind: ParameterKind::Choice(DirectionSampling::NAMES),
@@ -67,7 +54,7 @@ fn parameters() -> Vec<ParameterInfo> {
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let heuristic = if p.text("heuristic") == "balance" { Heuristic::Balance } else { Heuristic::Power };
+    let heuristic = shared::heuristic(p);
     let lights = match (p.bool("shadow_rays"), p.bool("mis")) {
         (false, _) => None,
         (true, false) => Some(LightStrategy::Alone),

@@ -17,7 +17,7 @@ use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
     Roulette, sampler_of,
 };
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
 use crate::{Counters, Integrator};
 
@@ -43,11 +43,7 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Choice(DirectionSampling::NAMES),
             doc: "density of the rays (delta lobes always by the BSDF)",
         },
-        ParameterInfo {
-            name: "max_depth",
-            kind: ParameterKind::Limit(Some(5)),
-            doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
-        },
+        shared::MAX_DEPTH,
         ParameterInfo {
             name: "rr_depth",
             kind: ParameterKind::Integer(8),

@@ -21,7 +21,7 @@ pub(crate) use strategies::{Joint, Subpaths};
 pub(crate) use weight::Weighting;
 
 use crate::common::{CameraStart, LightStart, Roulette, Walk, sampler_of};
-use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
+use crate::parameters::{ParameterInfo, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
 
@@ -36,27 +36,11 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
 };
 
 fn parameters() -> Vec<ParameterInfo> {
-    vec![
-        ParameterInfo {
-            name: "max_depth",
-            kind: ParameterKind::Limit(Some(5)),
-            doc: "most scattering events of a path; 0 shows emitters only, 1 direct light",
-        },
-        ParameterInfo {
-            name: "rr_depth",
-            kind: ParameterKind::Integer(3),
-            doc: "scattering events of a walk before Russian roulette may end it",
-        },
-        ParameterInfo {
-            name: "heuristic",
-            kind: ParameterKind::Choice(&["power", "balance"]),
-            doc: "how the weights follow from the densities",
-        },
-    ]
+    vec![shared::MAX_DEPTH, shared::RR_DEPTH, shared::HEURISTIC]
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let heuristic = if p.text("heuristic") == "balance" { Heuristic::Balance } else { Heuristic::Power };
+    let heuristic = shared::heuristic(p);
     Box::new(Bidirectional {
         max_depth: p.limit("max_depth"),
         roulette: Roulette { rr_depth: p.integer("rr_depth") },

@@ -2,34 +2,18 @@
 //!
 //! A half space of particles with single-scattering albedo ω and asymmetry g gives back
 //! `(1 − s)(1 − 0.139 s) / (1 + 1.17 s)` of uniform light, `s = √((1 − ω)/(1 − ω g))` [Hulst1980].
-//! Named coefficients are those of [Jensen2001], in 1/mm, scattering reduced.
+//! Named coefficients are measured ones, in 1/mm, scattering reduced.
 
-use spectrum::Spectrum;
-
-/// Reduced scattering and absorption of R, G and B in 1/mm, by pbrt's names.
-const MEASURED: [(&str, [f32; 3], [f32; 3]); 12] = [
-    ("Apple", [2.29, 2.39, 1.97], [0.0030, 0.0034, 0.046]),
-    ("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
-    ("Chicken2", [0.19, 0.25, 0.32], [0.018, 0.088, 0.20]),
-    ("Cream", [7.38, 5.47, 3.15], [0.0002, 0.0028, 0.0163]),
-    ("Ketchup", [0.18, 0.07, 0.03], [0.061, 0.97, 1.45]),
-    ("Marble", [2.19, 2.62, 3.00], [0.0021, 0.0041, 0.0071]),
-    ("Potato", [0.68, 0.70, 0.55], [0.0024, 0.0090, 0.12]),
-    ("Skimmilk", [0.70, 1.22, 1.90], [0.0014, 0.0025, 0.0142]),
-    ("Skin1", [0.74, 0.88, 1.01], [0.032, 0.17, 0.48]),
-    ("Skin2", [1.09, 1.59, 1.79], [0.013, 0.070, 0.145]),
-    ("Spectralon", [11.6, 20.4, 14.9], [0.0, 0.0, 0.0]),
-    ("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
-];
+use spectrum::{Spectrum, measured_media};
 
 /// Absorption and reduced scattering of a named material.
 pub(super) fn measured(name: &str) -> Option<[[f32; 3]; 2]> {
-    MEASURED.iter().find(|m| m.0 == name).map(|m| [m.2, m.1])
+    measured_media().iter().find(|m| m.name == name).map(|m| [m.sigma_a, m.sigma_s])
 }
 
 /// Their names.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
-    MEASURED.iter().map(|m| m.0)
+    measured_media().iter().map(|m| m.name)
 }
 
 /// Albedo of a half space with these coefficients.
@@ -68,6 +52,6 @@ mod tests {
     fn skin_is_redder_than_blue() {
         let [a, s] = measured("Skin1").unwrap();
         let [r, g, b] = effective_albedo(Spectrum::from_rgb(a), Spectrum::from_rgb(s), 0.0).rgb();
-        assert!(r > g && g > b && r < 1.0 && names().count() == 12);
+        assert!(r > g && g > b && r < 1.0 && names().count() == 47);
     }
 }
