@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail};
 /// The layer of every crate: it may use crates of lower layers only. `testkit` is for tests alone.
 const LAYERS: &[(&str, u32)] = &[
     ("math", 0),
+    ("statistics", 0),
     ("spectrum", 1),
     ("sampling", 1),
     ("image", 2),

@@ -9,7 +9,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::statistics::{chi2_survival, normal_two_sided};
+use statistics::{chi2_survival, normal_two_sided};
 
 /// What the test found, for messages.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,4 +2,5 @@
 
 pub mod chi2;
 pub mod laws;
-pub mod statistics;
+
+pub use statistics;

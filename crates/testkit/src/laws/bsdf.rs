@@ -19,7 +19,7 @@ use scatter::{Bsdf, BsdfSample, TransportMode};
 use spectrum::Spectrum;
 
 use crate::chi2::{Chi2Settings, chi2_sphere, uniform_pair};
-use crate::statistics::{Moments, sidak, welch_test};
+use statistics::{Moments, sidak, welch_test};
 
 /// Writes the tests of all laws for each line `name: bsdf;`, in a module of that name.
 #[macro_export]

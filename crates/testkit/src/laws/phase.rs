@@ -4,7 +4,7 @@ use math::{Dir, Vec3};
 use scatter::PhaseFunction;
 
 use crate::chi2::{Chi2Settings, chi2_sphere};
-use crate::statistics::sidak;
+use statistics::sidak;
 
 /// Writes the tests of all laws for each line `name: phase function;`, in a module of that name.
 #[macro_export]

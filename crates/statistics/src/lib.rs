@@ -106,6 +106,16 @@ impl Moments {
         (self.variance() / self.n as f64).sqrt()
     }
 
+    /// The interval that holds the mean with probability `confidence`, if it is nearly normal. Infinite below two numbers.
+    #[must_use]
+    pub fn mean_interval(&self, confidence: f64) -> [f64; 2] {
+        if self.n < 2 {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let half = student_two_sided_quantile(1.0 - confidence, (self.n - 1) as f64) * self.std_error();
+        [self.mean - half, self.mean + half]
+    }
+
     /// The fourth central moment.
     #[must_use]
     pub fn fourth_moment(&self) -> f64 {
@@ -175,12 +185,50 @@ pub fn ks_test(samples: &mut [f64], cdf: impl Fn(f64) -> f64) -> TestResult {
 /// Least-squares slope of log y over log x: the order of convergence of an error.
 #[must_use]
 pub fn log_log_slope(points: &[(f64, f64)]) -> f64 {
+    log_log_fit(points).slope
+}
+
+/// A straight line through points on double logarithmic paper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogLogFit {
+    /// The exponent of x.
+    pub slope: f64,
+    /// Its standard error from the residuals; infinite for fewer than three points.
+    pub slope_std_error: f64,
+    /// log y where log x = 0.
+    pub intercept: f64,
+    /// Points less the two that a line takes.
+    pub degrees_of_freedom: f64,
+}
+
+impl LogLogFit {
+    /// The interval that holds the slope with probability `confidence`, if errors of log y are normal and alike.
+    #[must_use]
+    pub fn slope_interval(&self, confidence: f64) -> [f64; 2] {
+        let half =
+            student_two_sided_quantile(1.0 - confidence, self.degrees_of_freedom) * self.slope_std_error;
+        [self.slope - half, self.slope + half]
+    }
+}
+
+/// Least squares of log y over log x.
+#[must_use]
+pub fn log_log_fit(points: &[(f64, f64)]) -> LogLogFit {
     let logs: Vec<_> = points.iter().map(|&(x, y)| (libm::log(x), libm::log(y))).collect();
     let n = logs.len() as f64;
     let mx = logs.iter().map(|p| p.0).sum::<f64>() / n;
     let my = logs.iter().map(|p| p.1).sum::<f64>() / n;
     let cov: f64 = logs.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
-    cov / logs.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
+    let spread = logs.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+    let slope = cov / spread;
+    let intercept = my - slope * mx;
+    let residual = logs.iter().map(|p| (p.1 - intercept - slope * p.0).powi(2)).sum::<f64>();
+    let degrees_of_freedom = n - 2.0;
+    let slope_std_error = match degrees_of_freedom > 0.0 {
+        true => (residual / degrees_of_freedom / spread).sqrt(),
+        false => f64::INFINITY,
+    };
+    LogLogFit { slope, slope_std_error, intercept, degrees_of_freedom }
 }
 
 /// P(|Z| > |z|) for a standard normal Z.
@@ -213,6 +261,21 @@ pub fn student_two_sided(t: f64, df: f64) -> f64 {
         return f64::NAN;
     }
     if df > 1e7 { normal_two_sided(t) } else { incomplete_beta(0.5 * df, 0.5, df / (df + t * t)) }
+}
+
+/// The |t| that Student's T with `df` degrees of freedom exceeds with probability `p` (both sides together), by bisection.
+/// Infinite for less than one degree of freedom.
+#[must_use]
+pub fn student_two_sided_quantile(p: f64, df: f64) -> f64 {
+    if df.is_nan() || df < 1.0 {
+        return f64::INFINITY;
+    }
+    let (mut lo, mut hi) = (0.0, 1e9);
+    for _ in 0..200 {
+        let mid = if hi > 2.0 * lo + 1.0 { (lo + 1.0) * 1.5 } else { 0.5 * (lo + hi) };
+        if student_two_sided(mid, df) > p { lo = mid } else { hi = mid }
+    }
+    0.5 * (lo + hi)
 }
 
 /// P(X > x) for X of the chi-squared distribution with `df` degrees of freedom.
@@ -343,5 +406,30 @@ mod tests {
         assert!(welch_test(&uniform, &other).is_consistent(1e-6));
         let constant = Moments::of([2.0; 5]);
         assert!(t_test(&constant, 2.0).is_consistent(1e-6) && !t_test(&constant, 2.1).is_consistent(1e-6));
+    }
+
+    #[test]
+    fn quantiles_undo_distributions() {
+        for (df, t) in [(1.0, 12.706_204_74), (10.0, 2.228_138_85), (30.0, 2.042_272_46)] {
+            assert!((student_two_sided_quantile(0.05, df) / t - 1.0).abs() < 1e-8, "{df}");
+        }
+        assert!((student_two_sided_quantile(0.05, f64::INFINITY) - 1.959_963_985).abs() < 1e-8);
+        assert_eq!(student_two_sided_quantile(0.05, 0.0), f64::INFINITY);
+        let [lo, hi] = Moments::of([1.0, 2.0, 3.0]).mean_interval(0.95);
+        // t(2) = 4.302653, standard error 1/√3.
+        assert!((hi - 2.0 - 4.302_653 / 3.0_f64.sqrt()).abs() < 1e-5 && (lo + hi - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fit_knows_how_sure_it_is() {
+        let exact: Vec<_> = (0..6).map(|i| (2.0_f64.powi(i), 3.0 * 2.0_f64.powi(-i))).collect();
+        let fit = log_log_fit(&exact);
+        assert!((fit.slope + 1.0).abs() < 1e-12 && (libm::exp(fit.intercept) - 3.0).abs() < 1e-9);
+        assert!(fit.slope_std_error < 1e-9);
+        // log y is 0, 1, 0 at log x = 0, 1, 2: slope 0, residual 2/3, spread 2.
+        let e = std::f64::consts::E;
+        let bent = log_log_fit(&[(1.0, 1.0), (e, e), (e * e, 1.0)]);
+        assert!(bent.slope.abs() < 1e-12 && (bent.slope_std_error - (1.0 / 3.0_f64).sqrt()).abs() < 1e-12);
+        assert_eq!(log_log_fit(&exact[..2]).slope_std_error, f64::INFINITY);
     }
 }
