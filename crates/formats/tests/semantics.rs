@@ -214,7 +214,7 @@ fn materials_have_pbrts_defaults() {
     let kind = |text: &str| world(&format!("Material {text}")).materials[1].kind.clone();
     let copper = |part: &str| SpectrumInput::Constant(SpectrumDesc::Named(format!("metal-Cu-{part}")));
     assert!(
-        matches!(kind("\"conductor\""), MaterialKind::Conductor { spectrum: ConductorSpectrum::EtaK { eta, k }, roughness }
+        matches!(kind("\"conductor\""), MaterialKind::Conductor { spectrum: ConductorSpectrum::EtaK { eta, k }, roughness, .. }
         if eta == copper("eta") && k == copper("k") && roughness.u == FloatInput::Constant(0.0) && roughness.remap)
     );
     assert!(matches!(
@@ -222,10 +222,10 @@ fn materials_have_pbrts_defaults() {
         MaterialKind::Conductor { spectrum: ConductorSpectrum::Reflectance(_), .. }
     ));
     assert!(matches!(kind("\"dielectric\" \"float roughness\" 0.3 \"float vroughness\" 0.1"),
-        MaterialKind::Dielectric { eta: IndexOfRefraction::Constant(e), roughness }
+        MaterialKind::Dielectric { eta: IndexOfRefraction::Constant(e), roughness, .. }
         if e == 1.5 && roughness.u == FloatInput::Constant(0.3) && roughness.v == FloatInput::Constant(0.1)));
     assert!(matches!(kind("\"thindielectric\" \"spectrum eta\" \"glass-BK7\""),
-        MaterialKind::ThinDielectric { eta: IndexOfRefraction::Spectrum(SpectrumDesc::Named(n)) } if n == "glass-BK7"));
+        MaterialKind::ThinDielectric { eta: IndexOfRefraction::Spectrum(SpectrumDesc::Named(n)), .. } if n == "glass-BK7"));
     assert!(
         matches!(kind("\"coateddiffuse\""), MaterialKind::CoatedDiffuse { thickness, max_depth, n_samples, .. }
         if thickness == FloatInput::Constant(0.01) && max_depth == 10 && n_samples == 1)

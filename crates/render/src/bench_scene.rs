@@ -22,10 +22,10 @@ pub fn bench_scene() -> SceneDesc {
     desc.camera = CameraDesc { world_from_camera: AnimatedTransform::fixed(camera_pose(view)), ..camera() };
     desc.materials.push(MaterialDesc {
         name: "ground".into(),
-        kind: MaterialKind::Diffuse { reflectance: SpectrumInput::Constant(SpectrumDesc::Constant(0.5)) },
-        normal_map: None,
-        displacement: None,
-        span: Span::NONE,
+        ..MaterialDesc::new(
+            MaterialKind::Diffuse { reflectance: SpectrumInput::Constant(SpectrumDesc::Constant(0.5)) },
+            Span::NONE,
+        )
     });
     desc.lights.push(LightDesc {
         kind: LightKind::InfiniteConstant {

@@ -11,6 +11,7 @@ mod integrator;
 mod light;
 mod material;
 mod medium;
+mod principled;
 mod shape;
 mod spectrum;
 mod texture;
@@ -21,9 +22,11 @@ pub use film::{FilmDesc, FilterDesc, SensorDesc};
 pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc};
 pub use light::{AreaLightDesc, Illuminant, LightDesc, LightKind};
 pub use material::{
-    ConductorSpectrum, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SubsurfaceProfile,
+    ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness,
+    SubsurfaceProfile, Tint,
 };
 pub use medium::{MediumDesc, MediumInterface, MediumKind, PhaseDesc};
+pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};
 pub use shape::{
     BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshDesc, ObjectDesc, ShapeDesc,
 };

@@ -1,6 +1,10 @@
 //! Surfaces' looks.
 
-use crate::{FloatInput, ImageId, MaterialId, Span, SpectrumDesc, SpectrumInput};
+use std::path::PathBuf;
+
+use crate::{
+    FloatInput, ImageId, MaterialId, MetallicRoughnessDesc, PrincipledDesc, Span, SpectrumDesc, SpectrumInput,
+};
 
 /// A material.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,8 +17,28 @@ pub struct MaterialDesc {
     pub normal_map: Option<ImageId>,
     /// A height, in scene units, that bends shading normals.
     pub displacement: Option<FloatInput>,
+    /// The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs.
+    pub opacity: Option<FloatInput>,
     /// Where it was written.
     pub span: Span,
+}
+
+impl MaterialDesc {
+    /// Of this kind, even, opaque, unnamed.
+    #[must_use]
+    pub fn new(kind: MaterialKind, span: Span) -> Self {
+        Self { name: String::new(), kind, normal_map: None, displacement: None, opacity: None, span }
+    }
+}
+
+/// How the normals of microfacets are distributed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Distribution {
+    /// GGX (Trowbridge–Reitz), with long tails.
+    #[default]
+    Ggx,
+    /// Beckmann's: slopes of a Gaussian.
+    Beckmann,
 }
 
 /// Width of a microfacet distribution along u and v.
@@ -26,13 +50,25 @@ pub struct Roughness {
     pub v: FloatInput,
     /// `alpha = √roughness` (pbrt's remapping) rather than `alpha = roughness`?
     pub remap: bool,
+    /// Of the normals.
+    pub distribution: Distribution,
+    /// Give back the light that bounces between facets, which single scattering loses? No format's renderer does by
+    /// default.
+    pub compensate: bool,
 }
 
 impl Roughness {
     /// Perfectly smooth.
     #[must_use]
     pub fn smooth() -> Self {
-        Self { u: 0.0.into(), v: 0.0.into(), remap: true }
+        Self::new(0.0, 0.0, true)
+    }
+
+    /// GGX with these numbers or textures along u and v.
+    #[must_use]
+    pub fn new(u: impl Into<FloatInput>, v: impl Into<FloatInput>, remap: bool) -> Self {
+        let distribution = Distribution::default();
+        Self { u: u.into(), v: v.into(), remap, distribution, compensate: false }
     }
 }
 
@@ -57,6 +93,31 @@ pub enum IndexOfRefraction {
     Constant(f32),
     /// Dispersive: the scene must be rendered spectrally to show it.
     Spectrum(SpectrumDesc),
+}
+
+/// Factors on what a boundary reflects and transmits; `None` for one. They have no place in physics, but in files.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tint {
+    /// On specular reflection.
+    pub reflectance: Option<SpectrumInput>,
+    /// On specular transmission; nothing for what is opaque.
+    pub transmittance: Option<SpectrumInput>,
+}
+
+/// What colours a hair.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HairColor {
+    /// Absorption inside, per radius of the hair.
+    Absorption(SpectrumInput),
+    /// About the colour of many hairs together; absorption follows from it and `beta_n` [Chiang2016].
+    Reflectance(SpectrumInput),
+    /// Concentrations of pigment: brown and black; red.
+    Melanin {
+        /// 0.3 is blond, 1.3 brown, 8 black.
+        eumelanin: FloatInput,
+        /// Red.
+        pheomelanin: FloatInput,
+    },
 }
 
 /// How a subsurface material says what is under its surface.
@@ -97,12 +158,21 @@ pub enum MaterialKind {
         /// Factor on both.
         scale: f32,
     },
+    /// Matt and rough: retro-reflecting V-grooves [Oren1994].
+    OrenNayar {
+        /// Albedo of the grooves' walls.
+        reflectance: SpectrumInput,
+        /// Standard deviation of the walls' slope angles, in degrees.
+        sigma: FloatInput,
+    },
     /// Metal.
     Conductor {
         /// Its stuff.
         spectrum: ConductorSpectrum,
         /// Its microfacets.
         roughness: Roughness,
+        /// Factor on its reflectance.
+        tint: Tint,
     },
     /// Glass.
     Dielectric {
@@ -110,11 +180,58 @@ pub enum MaterialKind {
         eta: IndexOfRefraction,
         /// Its microfacets.
         roughness: Roughness,
+        /// Factors on both sides.
+        tint: Tint,
     },
     /// A pane: both faces in one surface.
     ThinDielectric {
         /// Of the pane.
         eta: IndexOfRefraction,
+        /// Factors on both sides.
+        tint: Tint,
+    },
+    /// A dielectric boundary over Lambert, smooth or rough, with all bounces below it in closed form (Mitsuba's
+    /// `plastic` and `roughplastic`).
+    Plastic {
+        /// Of the base.
+        reflectance: SpectrumInput,
+        /// Of the boundary.
+        eta: IndexOfRefraction,
+        /// Of the boundary.
+        roughness: Roughness,
+        /// Factor on specular reflection.
+        tint: Tint,
+        /// Does the colour deepen with every bounce below the boundary? If not, only the first is coloured.
+        nonlinear: bool,
+    },
+    /// Disney's and Mitsuba's principled surface.
+    Principled(Box<PrincipledDesc>),
+    /// glTF's metallic-roughness surface with its extensions.
+    MetallicRoughness(Box<MetallicRoughnessDesc>),
+    /// A hair or a fibre: for curves, whose v runs across them [Chiang2016].
+    Hair {
+        /// What colours it.
+        color: HairColor,
+        /// Index of the hair over that of the outside.
+        eta: f32,
+        /// Roughness along the hair, in [0, 1].
+        beta_m: FloatInput,
+        /// Roughness around the hair, in [0, 1].
+        beta_n: FloatInput,
+        /// Tilt of the scales, in degrees.
+        alpha: FloatInput,
+    },
+    /// A measured surface: a file of the RGL data base [Dupuy2018].
+    Measured {
+        /// A `.bsdf` file.
+        path: PathBuf,
+    },
+    /// One material on each side.
+    TwoSided {
+        /// On the side of the surface's normal.
+        front: MaterialId,
+        /// On the other side; `None` is black.
+        back: Option<MaterialId>,
     },
     /// A dielectric layer over Lambert.
     CoatedDiffuse {

@@ -30,8 +30,20 @@ use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
 /// All materials of a scene, by [`MaterialId`].
 #[derive(Clone, Debug)]
 pub struct Materials {
+    /// Those of the scene, then a black one.
     list: Vec<Material>,
     profiles: Vec<CoatProfiles>,
+}
+
+/// Where rays pass a surface as if it were not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gaps {
+    /// It is a surface all over.
+    Nowhere,
+    /// It takes a look at the point.
+    Somewhere,
+    /// It is but a border of media.
+    Everywhere,
 }
 
 /// A surface point, ready for transport.
@@ -85,9 +97,10 @@ impl Materials {
     pub fn is_interface(&self, textures: &Textures, si: &SurfaceInteraction) -> bool {
         match &self.list[si.material.index()].surface {
             Surface::Interface => true,
-            Surface::Mix { .. } => {
+            Surface::Mix { .. } | Surface::TwoSided { .. } => {
                 let ctx = TextureContext::at(si, Footprint::default());
-                matches!(self.resolve(si.material, textures, &ctx).surface, Surface::Interface)
+                let outside = si.ng.dot(si.wo) >= 0.0;
+                matches!(self.resolve(si.material, textures, &ctx, outside).surface, Surface::Interface)
             }
             Surface::Diffuse { .. }
             | Surface::DiffuseTransmission { .. }
@@ -110,13 +123,13 @@ impl Materials {
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.list.len()
+        self.list.len() - 1
     }
 
     /// None at all?
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
+        self.len() == 0
     }
 
     fn shade_varying(
@@ -127,7 +140,7 @@ impl Materials {
         wl: &mut Wavelengths,
     ) -> Option<Shading> {
         let ctx = TextureContext::at(si, *footprint);
-        let material = self.resolve(si.material, textures, &ctx);
+        let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo) >= 0.0);
         let bsdf = match material.constant {
             Some(bsdf) => bsdf,
             None => material.surface.bsdf(&mut Lookup { textures, ctx: &ctx, wl }, &self.profiles)?,
@@ -140,18 +153,53 @@ impl Materials {
         Some(Shading { bsdf, frame })
     }
 
-    /// The material that a mixture (of mixtures) is at this point.
-    fn resolve(&self, id: MaterialId, textures: &Textures, ctx: &TextureContext) -> &Material {
+    /// The material that a mixture (of mixtures, of two sides) is at this point, seen from outside or inside.
+    fn resolve(&self, id: MaterialId, textures: &Textures, ctx: &TextureContext, outside: bool) -> &Material {
         let mut material = &self.list[id.index()];
-        while let Surface::Mix { materials: [a, b], amount } = &material.surface {
-            let amount = textures.float(amount, ctx);
-            let key =
-                hash::combine(hash::of_floats(&ctx.p.0.to_array()), u64::from(a.0) << 32 | u64::from(b.0));
-            let u = hash::unit_f32((key >> 32) as u32);
-            let chosen = if u < amount { b } else { a };
-            material = &self.list[chosen.index()];
+        loop {
+            material = match &material.surface {
+                Surface::Mix { materials: [a, b], amount } => {
+                    let amount = textures.float(amount, ctx);
+                    let pair = u64::from(a.0) << 32 | u64::from(b.0);
+                    let key = hash::combine(hash::of_floats(&ctx.p.0.to_array()), pair);
+                    let u = hash::unit_f32((key >> 32) as u32);
+                    &self.list[if u < amount { b } else { a }.index()]
+                }
+                Surface::TwoSided { front, back } => {
+                    let side = if outside { front } else { back };
+                    &self.list[side.index()]
+                }
+                Surface::Diffuse { .. }
+                | Surface::DiffuseTransmission { .. }
+                | Surface::Conductor { .. }
+                | Surface::Dielectric { .. }
+                | Surface::ThinDielectric { .. }
+                | Surface::CoatedDiffuse { .. }
+                | Surface::CoatedConductor { .. }
+                | Surface::Interface => return material,
+            };
         }
-        material
+    }
+
+    /// Where is a surface of this material nothing but a border of media?
+    pub(crate) fn gaps(&self, id: MaterialId) -> Gaps {
+        match &self.list[id.index()].surface {
+            Surface::Interface => Gaps::Everywhere,
+            Surface::Mix { materials: [a, b], .. } | Surface::TwoSided { front: a, back: b } => {
+                match (self.gaps(*a), self.gaps(*b)) {
+                    (Gaps::Nowhere, Gaps::Nowhere) => Gaps::Nowhere,
+                    (Gaps::Everywhere, Gaps::Everywhere) => Gaps::Everywhere,
+                    (Gaps::Nowhere | Gaps::Somewhere | Gaps::Everywhere, _) => Gaps::Somewhere,
+                }
+            }
+            Surface::Diffuse { .. }
+            | Surface::DiffuseTransmission { .. }
+            | Surface::Conductor { .. }
+            | Surface::Dielectric { .. }
+            | Surface::ThinDielectric { .. }
+            | Surface::CoatedDiffuse { .. }
+            | Surface::CoatedConductor { .. } => Gaps::Nowhere,
+        }
     }
 }
 
@@ -165,7 +213,7 @@ pub(crate) mod tests {
     use scene_desc::{
         ConductorSpectrum, FloatInput, IndexOfRefraction, Mapping2d, MaterialDesc, MaterialKind, Roughness,
         SceneDesc, Sink, Span, SpectrumDesc, SpectrumInput, SubsurfaceProfile, TextureDesc, TextureInput,
-        TextureKind, TextureNode,
+        TextureKind, TextureNode, Tint,
     };
     use spectrum::{ColorMode, ColorPipeline, ColorSpace, Spectrum};
 
@@ -195,7 +243,7 @@ pub(crate) mod tests {
     }
 
     fn material(kind: MaterialKind) -> MaterialDesc {
-        MaterialDesc { name: String::new(), kind, normal_map: None, displacement: None, span: Span::NONE }
+        MaterialDesc::new(kind, Span::NONE)
     }
 
     fn scene(kinds: Vec<MaterialKind>, nodes: Vec<(TextureKind, TextureNode)>) -> SceneDesc {
@@ -239,7 +287,7 @@ pub(crate) mod tests {
                 SpectrumDesc::Constant(0.6).into()
             }
         };
-        let rough = || Roughness { u: float(0.25, 0), v: float(0.25, 0), remap: true };
+        let rough = || Roughness::new(float(0.25, 0), float(0.25, 0), true);
         let eta = || IndexOfRefraction::Constant(1.5);
         vec![
             MaterialKind::Diffuse { reflectance: spectrum() },
@@ -251,8 +299,9 @@ pub(crate) mod tests {
             MaterialKind::Conductor {
                 spectrum: ConductorSpectrum::Reflectance(spectrum()),
                 roughness: rough(),
+                tint: Tint::default(),
             },
-            MaterialKind::Dielectric { eta: eta(), roughness: rough() },
+            MaterialKind::Dielectric { eta: eta(), roughness: rough(), tint: Tint::default() },
             MaterialKind::CoatedDiffuse {
                 reflectance: spectrum(),
                 roughness: rough(),
@@ -363,7 +412,8 @@ pub(crate) mod tests {
     fn a_width_of_one_thousandth_is_a_mirror() {
         let glass = |r: f32, remap| MaterialKind::Dielectric {
             eta: IndexOfRefraction::Constant(1.5),
-            roughness: Roughness { u: r.into(), v: r.into(), remap },
+            roughness: Roughness::new(r, r, remap),
+            tint: Tint::default(),
         };
         let (materials, textures, _) = compile(
             &scene(
@@ -386,6 +436,7 @@ pub(crate) mod tests {
         let bk7 = || MaterialKind::Dielectric {
             eta: IndexOfRefraction::Spectrum(SpectrumDesc::Named("glass-BK7".into())),
             roughness: Roughness::smooth(),
+            tint: Tint::default(),
         };
         let (materials, textures, sink) = compile(&scene(vec![bk7()], vec![]), SPECTRAL);
         assert!(sink.diagnostics().is_empty());

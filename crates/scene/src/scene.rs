@@ -7,7 +7,7 @@ use spectrum::{Sensor, Spectrum, Wavelengths};
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::{LightSample, Lights};
-use crate::materials::{Materials, Shading};
+use crate::materials::{Gaps, Materials, Shading};
 use crate::shapes::{LocalSurface, Shape};
 use crate::textures::Textures;
 use crate::{Footprint, LightContext, LightId, ShapeId, SurfaceInteraction, TextureContext};
@@ -140,7 +140,12 @@ impl Scene {
             return self.accel.occluded(ray, &mut accept_all);
         }
         self.accel.occluded(ray, &mut |hit: &Hit| {
-            !self.shapes[self.shape_of(hit).index()].is_interface && self.is_there(ray, hit)
+            let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
+                Gaps::Nowhere => true,
+                Gaps::Somewhere => !self.is_interface(&self.interaction(ray, hit)),
+                Gaps::Everywhere => false,
+            };
+            is_surface && self.is_there(ray, hit)
         })
     }
 

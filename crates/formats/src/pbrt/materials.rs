@@ -2,7 +2,7 @@
 
 use scene_desc::{
     ConductorSpectrum, FloatInput, ImageEncoding, MaterialDesc, MaterialId, MaterialKind, Roughness,
-    SpectrumDesc, SpectrumInput, SubsurfaceProfile,
+    SpectrumDesc, SpectrumInput, SubsurfaceProfile, Tint,
 };
 
 use super::build::Build;
@@ -57,13 +57,7 @@ const CONDUCTOR: RoughnessNames =
 impl Build<'_, '_> {
     /// Builds all materials; gives the ids of the unnamed ones. Id 0 is pbrt's default.
     pub(super) fn materials(&mut self, named: Vec<NamedEntity>, unnamed: Vec<Entity>) -> Vec<MaterialId> {
-        self.add_material(MaterialDesc {
-            name: String::new(),
-            kind: MaterialKind::default_diffuse(),
-            normal_map: None,
-            displacement: None,
-            span: scene_desc::Span::NONE,
-        });
+        self.add_material(MaterialDesc::new(MaterialKind::default_diffuse(), scene_desc::Span::NONE));
         for NamedEntity { name, entity } in named {
             let desc = self.material(name.clone(), &entity);
             let id = self.add_material(desc);
@@ -100,7 +94,7 @@ impl Build<'_, '_> {
             p.report_unused(&format!("material \"{}\"", entity.kind), self.report);
         }
         let kind = kind.unwrap_or_else(MaterialKind::default_diffuse);
-        MaterialDesc { name, kind, normal_map, displacement, span: entity.span }
+        MaterialDesc { name, normal_map, displacement, ..MaterialDesc::new(kind, entity.span) }
     }
 
     fn material_kind(&mut self, entity: &Entity) -> Option<MaterialKind> {
@@ -115,12 +109,16 @@ impl Build<'_, '_> {
             "conductor" => MaterialKind::Conductor {
                 spectrum: self.conductor(p, "eta", "k"),
                 roughness: self.roughness(p, &PLAIN),
+                tint: Tint::default(),
             },
             "dielectric" => MaterialKind::Dielectric {
                 eta: self.ior(p, "eta", 1.5),
                 roughness: self.roughness(p, &PLAIN),
+                tint: Tint::default(),
             },
-            "thindielectric" => MaterialKind::ThinDielectric { eta: self.ior(p, "eta", 1.5) },
+            "thindielectric" => {
+                MaterialKind::ThinDielectric { eta: self.ior(p, "eta", 1.5), tint: Tint::default() }
+            }
             "coateddiffuse" => self.coated_diffuse(p),
             "coatedconductor" => self.coated_conductor(p),
             "subsurface" => return self.subsurface(entity),
@@ -167,11 +165,8 @@ impl Build<'_, '_> {
             }
         }
         let both = both.unwrap_or(FloatInput::Constant(0.0));
-        Roughness {
-            u: u.unwrap_or_else(|| both.clone()),
-            v: v.unwrap_or(both),
-            remap: p.boolean("remaproughness", true, self.report),
-        }
+        let remap = p.boolean("remaproughness", true, self.report);
+        Roughness::new(u.unwrap_or_else(|| both.clone()), v.unwrap_or(both), remap)
     }
 
     /// η and k, or a reflectance; copper if nothing is said.

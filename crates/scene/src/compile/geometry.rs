@@ -7,6 +7,7 @@ use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 
 use super::CompileOptions;
 use crate::MaterialId;
+use crate::materials::{Gaps, Materials};
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
 use crate::textures::{FloatHandle, TextureCompiler};
@@ -30,10 +31,11 @@ pub(crate) struct World {
 /// Bakes, builds and counts. `None` only together with an error in `sink`.
 pub(crate) fn build(
     desc: &SceneDesc,
+    materials: &Materials,
     textures: &mut TextureCompiler<'_>,
     options: &CompileOptions,
 ) -> Option<World> {
-    let mut builder = Builder { desc, textures, shapes: Vec::new() };
+    let mut builder = Builder { desc, materials, textures, shapes: Vec::new() };
 
     // The world's own shapes; those that move become objects of their own.
     let animated = |i: &usize| desc.shapes[*i].world_from_object.is_animated();
@@ -78,6 +80,7 @@ enum Place {
 
 struct Builder<'a, 'b> {
     desc: &'a SceneDesc,
+    materials: &'a Materials,
     textures: &'a mut TextureCompiler<'b>,
     shapes: Vec<Shape>,
 }
@@ -87,8 +90,12 @@ impl Builder<'_, '_> {
         let baked: Vec<ShapeGeometry> = shapes.par_iter().map(|s| bake(s, place)).collect();
         for (desc, geometry) in shapes.iter().zip(baked) {
             let material = &self.desc.materials[desc.material.index()];
-            let is_interface = matches!(material.kind, scene_desc::MaterialKind::Interface);
-            let alpha = desc.alpha.as_ref().map(|a| self.textures.float(a, desc.span));
+            let inputs = [&desc.alpha, &material.opacity];
+            let factors = inputs.map(|a| a.as_ref().map(|a| self.textures.float(a, desc.span)));
+            let alpha = match factors {
+                [Some(a), Some(b)] => Some(self.textures.product(a, b)),
+                [a, b] => a.or(b),
+            };
             self.warn_of_dark_emitter(desc, &geometry, place);
             let media = desc.medium_interface.as_ref();
             self.shapes.push(Shape {
@@ -99,7 +106,7 @@ impl Builder<'_, '_> {
                 primitives_per_light: 1,
                 medium_interface: media
                     .map(|m| [m.inside, m.outside].map(|id| id.map(|id| crate::MediumId(id.0)))),
-                is_interface,
+                gaps: self.materials.gaps(MaterialId(desc.material.0)),
             });
         }
     }
@@ -221,7 +228,10 @@ fn blas(shapes: &[Shape]) -> Result<Blas, accel::BuildError> {
     let geometries: Vec<accel::Geometry<'_>> = shapes
         .iter()
         .zip(&prepared)
-        .map(|(s, p)| accel::Geometry { shape: p.shape(), needs_filter: s.alpha.is_some() || s.is_interface })
+        .map(|(s, p)| accel::Geometry {
+            shape: p.shape(),
+            needs_filter: s.alpha.is_some() || s.gaps != Gaps::Nowhere,
+        })
         .collect();
     Blas::build(&geometries, &BuildOptions::default())
 }

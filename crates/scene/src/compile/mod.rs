@@ -13,7 +13,7 @@ use spectrum::{ColorMode, ColorPipeline, Sensor};
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::{EmitterSource, LightImage, LightsBuilder};
-use crate::materials::Materials;
+use crate::materials::{Gaps, Materials};
 use crate::scene::{Scene, SceneCounts, SceneSettings};
 use crate::textures::{FloatHandle, TextureCompiler, color_space};
 
@@ -46,7 +46,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let colors = ColorPipeline { mode, space };
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
-    let world = geometry::build(desc, &mut compiler, options);
+    let world = geometry::build(desc, &materials, &mut compiler, options);
     let textures = compiler.finish();
 
     // Lights.
@@ -73,7 +73,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
     Some(Scene {
         hit_filter: world.shapes.iter().any(|s| s.alpha.is_some()),
-        shadow_filter: world.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface),
+        shadow_filter: world.shapes.iter().any(|s| s.alpha.is_some() || s.gaps != Gaps::Nowhere),
         accel: world.accel,
         shapes: world.shapes,
         object_base: world.object_base,

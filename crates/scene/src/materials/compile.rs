@@ -20,8 +20,10 @@ impl Materials {
     /// sink.
     #[must_use]
     pub fn compile(scene: &SceneDesc, textures: &mut TextureCompiler<'_>) -> Self {
-        let mut compiler = Compiler { textures, profiles: Vec::new(), dispersive: Vec::new() };
+        let black = MaterialId(u32::try_from(scene.materials.len()).unwrap_or(u32::MAX));
+        let mut compiler = Compiler { textures, black, profiles: Vec::new(), dispersive: Vec::new() };
         let mut list: Vec<Material> = scene.materials.iter().map(|m| compiler.material(m)).collect();
+        list.push(Material::black());
         compiler.check_mixtures(scene, &mut list);
         compiler.report_dispersion();
 
@@ -44,6 +46,13 @@ impl Materials {
     }
 }
 
+impl Material {
+    fn black() -> Self {
+        let reflectance = SpectrumHandle::Constant(spectrum::SpectrumValue::ZERO);
+        Self { surface: Surface::Diffuse { reflectance }, relief: Relief::None, constant: None }
+    }
+}
+
 /// The BSDF of a surface that is the same everywhere, in RGB mode.
 fn uniform_bsdf(surface: &Surface, nowhere: &Textures, profiles: &[CoatProfiles]) -> Option<Bsdf> {
     if !surface.is_uniform() {
@@ -60,6 +69,8 @@ fn uniform_bsdf(surface: &Surface, nowhere: &Textures, profiles: &[CoatProfiles]
 
 struct Compiler<'a, 'b> {
     textures: &'a mut TextureCompiler<'b>,
+    /// What is on the side that no material was given for: after those of the scene.
+    black: MaterialId,
     /// Keys of the coats to tabulate, each once.
     profiles: Vec<[f32; 4]>,
     /// Where indices that depend on wavelength were averaged.
@@ -96,13 +107,13 @@ impl Compiler<'_, '_> {
                     scale: *scale,
                 }
             }
-            MaterialKind::Conductor { spectrum, roughness } => {
+            MaterialKind::Conductor { spectrum, roughness, .. } => {
                 Surface::Conductor { metal: self.metal(spectrum, span), alpha: self.alpha(roughness, span) }
             }
-            MaterialKind::Dielectric { eta, roughness } => {
+            MaterialKind::Dielectric { eta, roughness, .. } => {
                 Surface::Dielectric { eta: self.eta(eta, span), alpha: self.alpha(roughness, span) }
             }
-            MaterialKind::ThinDielectric { eta } => Surface::ThinDielectric { eta: self.eta(eta, span) },
+            MaterialKind::ThinDielectric { eta, .. } => Surface::ThinDielectric { eta: self.eta(eta, span) },
             MaterialKind::CoatedDiffuse { reflectance, .. } => {
                 let base = Base::Albedo(self.albedo(reflectance, span));
                 self.coated(kind, span, |coat| Surface::CoatedDiffuse { base, coat })
@@ -115,11 +126,31 @@ impl Compiler<'_, '_> {
                 materials: materials.map(|id| MaterialId(id.0)),
                 amount: self.textures.float(amount, span),
             },
+            MaterialKind::TwoSided { front, back } => Surface::TwoSided {
+                front: MaterialId(front.0),
+                back: back.map_or(self.black, |id| MaterialId(id.0)),
+            },
             MaterialKind::Interface => Surface::Interface,
+            MaterialKind::OrenNayar { reflectance, .. } | MaterialKind::Plastic { reflectance, .. } => {
+                self.stand_in(reflectance, span)
+            }
+            MaterialKind::Principled(p) => self.stand_in(&p.base_color, span),
+            MaterialKind::MetallicRoughness(p) => self.stand_in(&p.base_color, span),
+            MaterialKind::Hair { .. } | MaterialKind::Measured { .. } => {
+                self.stand_in(&SpectrumDesc::Constant(0.5).into(), span)
+            }
             MaterialKind::Subsurface { profile, scale: _, g, eta, roughness } => {
                 self.subsurface(profile, *g, (*eta, roughness), span)
             }
         }
+    }
+
+    fn stand_in(&mut self, reflectance: &SpectrumInput, span: Span) -> Surface {
+        self.textures
+            .sink()
+            .warning(span, "this material is not supported yet")
+            .hint("a diffuse surface stands in for it");
+        Surface::Diffuse { reflectance: self.albedo(reflectance, span) }
     }
 
     fn albedo(&mut self, input: &SpectrumInput, span: Span) -> SpectrumHandle {
@@ -284,7 +315,7 @@ impl Compiler<'_, '_> {
 
     /// Mixtures of what is not there or of themselves become a medium's border, and an error.
     fn check_mixtures(&mut self, scene: &SceneDesc, list: &mut [Material]) {
-        for i in 0..list.len() {
+        for i in 0..scene.materials.len() {
             if let Err(problem) = mixture_depth(list, i, 0) {
                 self.textures.sink().error(scene.materials[i].span, problem);
                 list[i].surface = Surface::Interface;
@@ -309,11 +340,22 @@ impl Compiler<'_, '_> {
 /// Follows the mixtures below material `i`.
 fn mixture_depth(list: &[Material], i: usize, depth: usize) -> Result<(), String> {
     let Some(material) = list.get(i) else { return Err(format!("there is no material {i} to mix")) };
-    let Surface::Mix { materials, .. } = &material.surface else { return Ok(()) };
+    let parts = match &material.surface {
+        Surface::Mix { materials: parts, .. } => *parts,
+        Surface::TwoSided { front, back } => [*front, *back],
+        Surface::Diffuse { .. }
+        | Surface::DiffuseTransmission { .. }
+        | Surface::Conductor { .. }
+        | Surface::Dielectric { .. }
+        | Surface::ThinDielectric { .. }
+        | Surface::CoatedDiffuse { .. }
+        | Surface::CoatedConductor { .. }
+        | Surface::Interface => return Ok(()),
+    };
     if depth > list.len() {
         return Err("a material that is a mixture of itself".into());
     }
-    materials.iter().try_for_each(|m| mixture_depth(list, m.index(), depth + 1))
+    parts.iter().try_for_each(|m| mixture_depth(list, m.index(), depth + 1))
 }
 
 /// A spectrum in the proper sense, rather than a colour?

@@ -17,14 +17,43 @@ const SMOOTH: f32 = 1e-3;
 /// The kinds.
 #[derive(Clone, Debug)]
 pub(super) enum Surface {
-    Diffuse { reflectance: SpectrumHandle },
-    DiffuseTransmission { reflectance: SpectrumHandle, transmittance: SpectrumHandle, scale: f32 },
-    Conductor { metal: Metal, alpha: Alpha },
-    Dielectric { eta: Eta, alpha: Alpha },
-    ThinDielectric { eta: Eta },
-    CoatedDiffuse { base: Base, coat: Box<Layer> },
-    CoatedConductor { metal: Metal, alpha: Alpha, coat: Box<Layer> },
-    Mix { materials: [MaterialId; 2], amount: FloatHandle },
+    Diffuse {
+        reflectance: SpectrumHandle,
+    },
+    DiffuseTransmission {
+        reflectance: SpectrumHandle,
+        transmittance: SpectrumHandle,
+        scale: f32,
+    },
+    Conductor {
+        metal: Metal,
+        alpha: Alpha,
+    },
+    Dielectric {
+        eta: Eta,
+        alpha: Alpha,
+    },
+    ThinDielectric {
+        eta: Eta,
+    },
+    CoatedDiffuse {
+        base: Base,
+        coat: Box<Layer>,
+    },
+    CoatedConductor {
+        metal: Metal,
+        alpha: Alpha,
+        coat: Box<Layer>,
+    },
+    Mix {
+        materials: [MaterialId; 2],
+        amount: FloatHandle,
+    },
+    /// One on each side.
+    TwoSided {
+        front: MaterialId,
+        back: MaterialId,
+    },
     Interface,
 }
 
@@ -117,7 +146,7 @@ impl Surface {
                 let metal = metal.conductor(at, alpha.at(at));
                 CoatedConductor::new(metal, &coat.at(at)).into()
             }
-            Self::Mix { .. } | Self::Interface => return None,
+            Self::Mix { .. } | Self::TwoSided { .. } | Self::Interface => return None,
         })
     }
 
@@ -135,7 +164,7 @@ impl Surface {
             Self::CoatedConductor { metal, alpha, coat } => {
                 metal.is_uniform() && alpha.constant().is_some() && coat.is_uniform()
             }
-            Self::Mix { .. } | Self::Interface => false,
+            Self::Mix { .. } | Self::TwoSided { .. } | Self::Interface => false,
         }
     }
 }

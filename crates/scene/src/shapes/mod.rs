@@ -19,6 +19,7 @@ pub(crate) use quadric::{Quadric, QuadricKind};
 
 use math::{Point, Ray, Transform};
 
+use crate::materials::Gaps;
 use crate::textures::FloatHandle;
 use crate::{LightId, MaterialId, MediumId};
 
@@ -36,8 +37,8 @@ pub struct Shape {
     pub(crate) primitives_per_light: u32,
     /// The media inside and outside, if it is a border of media.
     pub medium_interface: Option<[Option<MediumId>; 2]>,
-    /// Is there nothing but a border of media?
-    pub(crate) is_interface: bool,
+    /// Where it is nothing but a border of media.
+    pub(crate) gaps: Gaps,
 }
 
 /// Forms.

@@ -72,6 +72,16 @@ impl<'a> TextureCompiler<'a> {
         }
     }
 
+    /// The product of two numbers.
+    pub fn product(&mut self, a: FloatHandle, b: FloatHandle) -> FloatHandle {
+        let node = Combine::Scale { tex: a, scale: b };
+        if let Some(constant) = node.constant() {
+            return FloatHandle::Constant(constant);
+        }
+        self.floats.push(FloatNode::Combine(node));
+        FloatHandle::Texture(next_id(self.floats.len()))
+    }
+
     /// Compiles a spectrum in a role.
     pub fn spectrum(&mut self, input: &SpectrumInput, role: SpectrumRole, span: Span) -> SpectrumHandle {
         match input {
