@@ -38,7 +38,13 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let roulette = Roulette { rr_depth: p.integer("rr_depth") };
     let sampler = sampler_of(making.sampler, making.seed);
     let directly = PixelLoop {
-        estimator: Path { max_depth: 0, roulette, lights: None, directions: DirectionSampling::Bsdf },
+        estimator: Path {
+            max_depth: 0,
+            roulette,
+            lights: None,
+            directions: DirectionSampling::Bsdf,
+            shortcut: (),
+        },
         sampler: sampler.clone(),
     };
     Box::new(LightTracing { directly, sampler, max_depth: p.limit("max_depth"), roulette })

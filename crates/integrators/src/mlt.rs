@@ -70,6 +70,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             roulette: Roulette { rr_depth: 0 },
             lights: None,
             directions: DirectionSampling::Bsdf,
+            shortcut: (),
         },
         sampler: sampler_of(making.sampler, making.seed),
     };

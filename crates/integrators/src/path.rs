@@ -6,19 +6,19 @@
 //!
 //! Without `shadow_rays` the walk alone finds emitters; delta lights are then invisible and contribute nothing.
 
-use math::Dir;
+use math::Ray;
 use sampling::{Pdf, Sampler, SolidAngle};
-use scatter::{LobeFlags, TransportMode};
-use scene::{LightContext, Scene, SurfaceInteraction};
+use scatter::{Bsdf, TransportMode};
+use scene::{LightContext, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
-use crate::Integrator;
 use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
     Roulette, infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
+use crate::{Counters, Integrator};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -65,17 +65,38 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
         lights,
         directions: DirectionSampling::from_name(p.text("sampling")),
+        shortcut: (),
     };
     Box::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) })
 }
 
-/// The estimator.
-pub(crate) struct Path {
+/// The estimator; a [`Shortcut`] may stand for a part of it.
+pub(crate) struct Path<S = ()> {
     pub(crate) max_depth: u32,
     pub(crate) roulette: Roulette,
     /// `None`: no shadow rays.
     pub(crate) lights: Option<LightStrategy>,
     pub(crate) directions: DirectionSampling,
+    pub(crate) shortcut: S,
+}
+
+/// A walk on its way.
+pub(crate) struct Walker<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) wl: &'a mut Wavelengths,
+    pub(crate) sampler: &'a mut Sampler,
+    pub(crate) counters: &'a mut Counters,
+    /// Where it goes next.
+    pub(crate) ray: Ray,
+    /// Scattering events so far.
+    pub(crate) depth: u32,
+    pub(crate) throughput: Spectrum,
+    /// What it has found.
+    pub(crate) radiance: Spectrum,
+    eta_scale: f32,
+    previous: Previous,
+    /// The last surface, if light that it gets from others of its class was had by the shortcut.
+    shortcut_from: Option<(SurfaceInteraction, Shading)>,
 }
 
 /// Where the walk came from: what a light sample there would have competed with.
@@ -84,7 +105,43 @@ struct Previous {
     rival: Option<(LightContext, Pdf<SolidAngle>)>,
 }
 
-impl CameraEstimator for Path {
+/// Another way to have the light that surfaces of a class get from surfaces of the same class, emission left out. The
+/// walk goes on for the rest: through other surfaces, and for the share that the shortcut leaves.
+pub(crate) trait Shortcut: Send + Sync {
+    /// Is a surface of the class?
+    fn takes(&self, bsdf: &Bsdf) -> bool;
+
+    /// What a surface of the class, met by the walk, sends back of the light from others of the class, by its smooth
+    /// lobes; `None` to let the walk find it.
+    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Spectrum>;
+
+    /// The share of the light from `to`, of the class, to `from` that [`Shortcut::light`] left out.
+    fn remainder(&self, from: (&SurfaceInteraction, &Shading), to: &SurfaceInteraction) -> f32;
+
+    /// May there be anything for the walk to find behind a surface where the shortcut was taken?
+    fn leaves_something(&self) -> bool;
+}
+
+/// No surface is of the class.
+impl Shortcut for () {
+    fn takes(&self, _: &Bsdf) -> bool {
+        false
+    }
+
+    fn light(&self, _: &mut Walker<'_>, _: &SurfaceInteraction, _: &Shading) -> Option<Spectrum> {
+        None
+    }
+
+    fn remainder(&self, _: (&SurfaceInteraction, &Shading), _: &SurfaceInteraction) -> f32 {
+        1.0
+    }
+
+    fn leaves_something(&self) -> bool {
+        true
+    }
+}
+
+impl<S: Shortcut> CameraEstimator for Path<S> {
     fn radiance(
         &self,
         scene: &Scene,
@@ -92,88 +149,144 @@ impl CameraEstimator for Path {
         sampler: &mut Sampler,
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
-        let (mut ray, wl) = (path.ray, &mut path.wl);
-        let mut radiance = Spectrum::ZERO;
-        let mut throughput = Spectrum::ONE;
-        let mut eta_scale = 1.0;
-        let mut previous = Previous { rival: None };
-        let mut depth = 0;
+        let mut walk = Walker::new(scene, (path.ray, &mut path.wl), sampler, out.counters);
+        self.walk(&mut walk);
+        walk.radiance
+    }
+}
 
-        loop {
-            // Nearest surface; a path that leaves the scene may find the sky.
-            out.counters.rays += 1;
-            let Some(hit) = scene.intersect(&ray) else {
-                return radiance + throughput * self.sky(scene, ray.dir, &previous, wl);
-            };
-            let si = scene.interaction(&ray, &hit);
-
-            // The walk itself found an emitter.
-            radiance += throughput * self.emission(scene, &si, &previous, wl);
-            let Some(shading) = scene.shade(&si, wl) else {
-                // A border of media is no scattering event.
-                ray = si.spawn_ray(ray.dir);
-                continue;
-            };
-            if depth == self.max_depth {
-                return radiance;
-            }
-
-            // Next-event estimation.
-            if let Some(strategy) = self.lights
-                && !shading.bsdf.flags().is_within(LobeFlags::SPECULAR)
-            {
-                let here = DirectLight {
-                    scene,
-                    si: &si,
-                    shading: &shading,
-                    directions: self.directions,
-                    counts: [1, 1],
-                };
-                radiance += throughput * here.sample(strategy, sampler, wl, out.counters);
-            }
-
-            // Continue the walk.
-            let wo = shading.frame.to_local(si.wo);
-            let Some(s) = self.directions.sample(&shading.bsdf, wo, sampler, TransportMode::Radiance) else {
-                return radiance;
-            };
-            throughput *= s.weight;
-            eta_scale *= s.eta * s.eta;
-            depth += 1;
-            previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
-            ray = si.spawn_ray(shading.frame.to_world(s.wi));
-
-            let Some(paid) = self.roulette.survive(depth, throughput, eta_scale, sampler.next_1d()) else {
-                return radiance;
-            };
-            throughput *= paid;
+impl<'a> Walker<'a> {
+    /// At the eye.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        (ray, wl): (Ray, &'a mut Wavelengths),
+        sampler: &'a mut Sampler,
+        counters: &'a mut Counters,
+    ) -> Self {
+        Self {
+            scene,
+            wl,
+            sampler,
+            counters,
+            ray,
+            depth: 0,
+            throughput: Spectrum::ONE,
+            radiance: Spectrum::ZERO,
+            eta_scale: 1.0,
+            previous: Previous { rival: None },
+            shortcut_from: None,
         }
     }
 }
 
-impl Path {
+impl<S: Shortcut> Path<S> {
+    /// Walks from where the walk is, to its end.
+    pub(crate) fn walk(&self, walk: &mut Walker<'_>) {
+        loop {
+            // Nearest surface; a path that leaves the scene may find the sky.
+            walk.counters.rays += 1;
+            let Some(hit) = walk.scene.intersect(&walk.ray) else {
+                walk.radiance += walk.throughput * self.sky(walk);
+                return;
+            };
+            let si = walk.scene.interaction(&walk.ray, &hit);
+
+            // The walk itself found an emitter.
+            walk.radiance += walk.throughput * self.emission(walk, &si);
+            let Some(shading) = walk.scene.shade(&si, walk.wl) else {
+                // A border of media is no scattering event.
+                walk.ray = si.spawn_ray(walk.ray.dir);
+                continue;
+            };
+            if !self.scatter(walk, &si, &shading) {
+                return;
+            }
+        }
+    }
+
+    /// Light that the surface scatters towards where the walk came from, and the way on; false if there is none.
+    pub(crate) fn scatter(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
+        if walk.depth >= self.max_depth || !self.leave_shortcut(walk, si, shading) {
+            return false;
+        }
+        let shortcut = self.take_shortcut(walk, si, shading);
+        let goes_on = !shortcut || shading.bsdf.has_delta() || self.shortcut.leaves_something();
+
+        // Next-event estimation.
+        if let Some(strategy) = self.lights
+            && !shading.bsdf.is_delta_only()
+        {
+            let here =
+                DirectLight { scene: walk.scene, si, shading, directions: self.directions, counts: [1, 1] };
+            let strategy = if goes_on { strategy } else { LightStrategy::Alone };
+            walk.radiance += walk.throughput * here.sample(strategy, walk.sampler, walk.wl, walk.counters);
+        }
+        if !goes_on {
+            return false;
+        }
+
+        // Continue the walk.
+        let wo = shading.frame.to_local(si.wo);
+        let mode = TransportMode::Radiance;
+        let Some(s) = self.directions.sample(&shading.bsdf, wo, walk.sampler, mode) else { return false };
+        walk.throughput *= s.weight;
+        walk.eta_scale *= s.eta * s.eta;
+        walk.depth += 1;
+        walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
+        walk.shortcut_from = (shortcut && s.pdf.is_some()).then_some((*si, *shading));
+        walk.ray = si.spawn_ray(shading.frame.to_world(s.wi));
+
+        let u = walk.sampler.next_1d();
+        let paid = self.roulette.survive(walk.depth, walk.throughput, walk.eta_scale, u);
+        walk.throughput *= paid.unwrap_or(0.0);
+        paid.is_some()
+    }
+
+    /// What the shortcut at the last surface left of the light from this one; false if nothing.
+    fn leave_shortcut(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
+        if let Some((from, at)) = walk.shortcut_from.take()
+            && self.shortcut.takes(&shading.bsdf)
+        {
+            let share = self.shortcut.remainder((&from, &at), si);
+            walk.throughput *= share;
+            return share > 0.0;
+        }
+        true
+    }
+
+    /// Light from surfaces of the shortcut's class, if this is one of them; true if it is in.
+    fn take_shortcut(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
+        if !self.shortcut.takes(&shading.bsdf) {
+            return false;
+        }
+        // The last event: what is left is direct light.
+        if walk.depth + 1 == self.max_depth {
+            return true;
+        }
+        let Some(light) = self.shortcut.light(walk, si, shading) else { return false };
+        walk.radiance += walk.throughput * light;
+        true
+    }
+
     /// Emission of a surface that the walk found, weighted against the light sample that could have found it.
-    fn emission(
-        &self,
-        scene: &Scene,
-        si: &SurfaceInteraction,
-        previous: &Previous,
-        wl: &Wavelengths,
-    ) -> Spectrum {
-        let (Some(light), Some(le)) = (si.light, scene.emitted(si, si.wo, wl)) else { return Spectrum::ZERO };
+    fn emission(&self, walk: &Walker<'_>, si: &SurfaceInteraction) -> Spectrum {
+        let Some((light, le)) = si.light.zip(walk.scene.emitted(si, si.wo, walk.wl)) else {
+            return Spectrum::ZERO;
+        };
         if le.is_black() {
             return Spectrum::ZERO;
         }
-        le * self.weight(previous, |from| light_pdf(scene, from, light, si))
+        le * self.weight(&walk.previous, |from| light_pdf(walk.scene, from, light, si))
     }
 
     /// Radiance of all infinite lights along a ray that left the scene.
-    fn sky(&self, scene: &Scene, dir: Dir, previous: &Previous, wl: &Wavelengths) -> Spectrum {
+    fn sky(&self, walk: &Walker<'_>) -> Spectrum {
+        let (scene, dir) = (walk.scene, walk.ray.dir);
         let lights = scene.lights.infinite().iter();
         lights
             .map(|&light| {
-                let le = scene.lights.infinite_emitted(light, dir, wl);
-                le * self.weight(previous, |from| infinite_light_pdf(scene, from, light, dir))
+                let le = scene.lights.infinite_emitted(light, dir, walk.wl);
+                le * self.weight(&walk.previous, |from| infinite_light_pdf(scene, from, light, dir))
             })
             .sum()
     }
