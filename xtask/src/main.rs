@@ -1,6 +1,7 @@
 //! The project's chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask ci`.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod python;
 mod tidy;
 
 use std::ffi::OsString;
@@ -12,7 +13,8 @@ use anyhow::{Context, Result, bail};
 const HELP: &str = "\
 usage: cargo xtask COMMAND
 
-  test    everything that must be green: format, tidy, every test
+  test    everything that must be green: format, tidy, every test, also Python's
+  python  the Python package alone: build it into target/python, test it, check its types
   tidy    the house rules that the compiler does not check
   lint    clippy over the workspace, warnings are errors
   doc     the documentation builds without a warning
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
 fn run(command: &str) -> Result<()> {
     match command {
         "test" => test(),
+        "python" => python::test(&root()),
         "tidy" => tidy::check(&root()),
         "lint" => cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
         "doc" => cargo(&["doc", "--workspace", "--no-deps"]),
@@ -55,7 +58,8 @@ fn test() -> Result<()> {
         println!("SKIPPED: cargo fmt --check (rustup component add rustfmt)");
     }
     tidy::check(&root())?;
-    cargo(&["test", "--workspace", "--no-fail-fast"])
+    cargo(&["test", "--workspace", "--no-fail-fast"])?;
+    python::test(&root())
 }
 
 /// Is a sub-command of cargo installed?

@@ -23,7 +23,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("render", 5),
     ("lab", 6),
     ("cli", 7),
-    ("python", 7),
+    ("python", 8),
     ("web", 7),
     ("testkit", 7),
 ];

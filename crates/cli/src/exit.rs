@@ -1,9 +1,7 @@
 //! How a command ends: 0 done, 1 failed, 2 bad usage or bad input, 130 interrupted.
 
-use std::fmt::Display;
-use std::process::ExitCode;
-
 use crate::messages;
+use std::fmt::Display;
 
 /// How a command that did its work ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,31 +47,19 @@ impl From<render::Error> for Failure {
 }
 
 /// Says what went wrong, if that was not said, and gives the exit status.
-pub(crate) fn code(done: Done) -> ExitCode {
+pub(crate) fn code(done: Done) -> u8 {
     match done {
-        Ok(Status::Done) => ExitCode::SUCCESS,
-        Ok(Status::No) => ExitCode::from(1),
-        Ok(Status::Interrupted) => ExitCode::from(130),
-        Err(Failure::InputSaid) => ExitCode::from(2),
+        Ok(Status::Done) => 0,
+        Ok(Status::No) => 1,
+        Ok(Status::Interrupted) => 130,
+        Err(Failure::InputSaid) => 2,
         Err(Failure::Input(e)) => {
-            messages::error(&chain(&e));
-            ExitCode::from(2)
+            messages::error(&render::sentence(e.as_ref()));
+            2
         }
         Err(Failure::Failed(e)) => {
-            messages::error(&chain(&e));
-            ExitCode::from(1)
+            messages::error(&render::sentence(e.as_ref()));
+            1
         }
     }
-}
-
-/// The message and its causes, without saying twice what a message already has from its cause.
-fn chain(e: &anyhow::Error) -> String {
-    let mut text = e.to_string();
-    for cause in e.chain().skip(1) {
-        let cause = cause.to_string();
-        if !text.contains(&cause) {
-            text = format!("{text}: {cause}");
-        }
-    }
-    text
 }

@@ -79,6 +79,21 @@ impl<'s> Job<'s> {
         &self.film
     }
 
+    /// Takes over what another render of the same scene and method has.
+    ///
+    /// # Errors
+    /// It is a film of something else.
+    pub fn merge(&mut self, film: &Film) -> Result<(), Error> {
+        self.film.merge(film)?;
+        Ok(())
+    }
+
+    /// What was rendered, for good.
+    #[must_use]
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
     /// Renders what `stop` asks for and the film does not have yet, with checkpoints if wanted.
     ///
     /// # Errors

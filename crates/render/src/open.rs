@@ -63,16 +63,36 @@ pub struct Contents {
 
 /// Loads and compiles a scene file on the threads of `workers`. `None`: `sink` says why.
 pub fn open(path: &Path, options: &SceneOptions, workers: &Workers, sink: &mut Sink) -> Option<Opened> {
+    let desc = load(path, options, workers, sink)?;
+    compile(desc, options, workers, sink)
+}
+
+/// Reads a scene file on the threads of `workers`, as it stands. `None`: `sink` says why.
+pub fn load(path: &Path, options: &SceneOptions, workers: &Workers, sink: &mut Sink) -> Option<SceneDesc> {
     workers.install(|| {
-        let mut desc = formats::load(path, sink)?;
-        apply(&mut desc, options, sink);
-        if is_refused(options, sink) {
-            return None;
+        let desc = formats::load(path, sink)?;
+        if let Some((name, _)) = options.defines.first() {
+            sink.error(Span::NONE, format!("the scene has no parameter `{name}`"))
+                .hint("-D sets a $parameter of a Mitsuba file; this one has none");
         }
-        let contents = Contents::of(&desc);
-        let scene = scene::compile(&desc, &compile_options(options), sink)?;
-        (!is_refused(options, sink)).then_some(Opened { scene, contents })
+        (!is_refused(options, sink)).then_some(desc)
     })
+}
+
+/// Compiles a description on the threads of `workers`. `None`: `sink` says why.
+pub fn compile(
+    mut desc: SceneDesc,
+    options: &SceneOptions,
+    workers: &Workers,
+    sink: &mut Sink,
+) -> Option<Opened> {
+    apply(&mut desc, options, sink);
+    if is_refused(options, sink) {
+        return None;
+    }
+    let contents = Contents::of(&desc);
+    let scene = workers.install(|| scene::compile(&desc, &compile_options(options), sink))?;
+    (!is_refused(options, sink)).then_some(Opened { scene, contents })
 }
 
 /// Is there something that stops the render?
@@ -95,10 +115,6 @@ fn compile_options(options: &SceneOptions) -> CompileOptions {
 
 /// Applies the settings that all integrators share.
 fn apply(desc: &mut SceneDesc, options: &SceneOptions, sink: &mut Sink) {
-    if let Some((name, _)) = options.defines.first() {
-        sink.error(Span::NONE, format!("the scene has no parameter `{name}`"))
-            .hint("-D sets a $parameter of a Mitsuba file; this one has none");
-    }
     for (key, value) in &options.settings {
         match key.as_str() {
             "light_selection" => match light_selection(value) {

@@ -1,0 +1,36 @@
+//! The Python module `steradian._native`: a thin layer over the house.
+//!
+//! What a person sees (names, defaults, documentation) is in `python/steradian`; here numbers and arrays cross over. Rules
+//! of the border: whatever takes long runs without the interpreter's lock; no lock of ours is held while Python's is
+//! awaited; no thread outlives a call, so that a fork finds none missing.
+
+mod arrays;
+mod errors;
+mod film;
+mod progress;
+mod run;
+mod scene;
+
+use pyo3::prelude::*;
+
+/// What `steradian` is made of.
+#[pymodule(gil_used = true)]
+fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", render::VERSION)?;
+    m.add_class::<scene::Scene>()?;
+    m.add_class::<film::Film>()?;
+    m.add_function(wrap_pyfunction!(command, m)?)?;
+    m.add_function(wrap_pyfunction!(run::render_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(run::list_integrators, m)?)?;
+    m.add_function(wrap_pyfunction!(film::merge, m)?)?;
+    m.add_function(wrap_pyfunction!(film::diff, m)?)?;
+    m.add_function(wrap_pyfunction!(film::load_picture, m)?)?;
+    m.add_function(wrap_pyfunction!(film::png, m)?)?;
+    Ok(())
+}
+
+/// Runs a command line, the program's name first, and gives its exit status.
+#[pyfunction]
+fn command(py: Python<'_>, args: Vec<String>) -> u8 {
+    py.detach(|| cli::run(args))
+}

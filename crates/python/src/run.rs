@@ -1,0 +1,169 @@
+//! Rendering: the one call that takes long.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use render::{Cancel, Checkpoint, Job, Method, Outcome, SCENE_SETTINGS, Stop, Workers};
+
+use crate::errors::of_render;
+use crate::film::Film;
+use crate::progress::Listener;
+use crate::scene::{Options, Scene};
+
+/// What a render shall be, as Python says it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Request {
+    integrator: Option<String>,
+    /// Parameters as text, those of the scene among them.
+    settings: Vec<(String, String)>,
+    seed: Option<u64>,
+    threads: Option<usize>,
+    resolution: Option<[u32; 2]>,
+    crop: Option<[i32; 4]>,
+    spectral: bool,
+    /// Half-open; `None`: by time, or the scene's own number.
+    passes: Option<[u32; 2]>,
+    /// In seconds.
+    time: Option<f64>,
+    checkpoint: Option<PathBuf>,
+    /// In seconds.
+    checkpoint_every: f64,
+    resume: bool,
+}
+
+/// As many threads as asked for.
+pub(crate) fn workers(py: Python<'_>, threads: Option<usize>) -> PyResult<Workers> {
+    let threads = match threads {
+        Some(n) => Some(
+            NonZero::new(n).ok_or_else(|| PyValueError::new_err("threads must be a whole number from 1"))?,
+        ),
+        None => None,
+    };
+    py.detach(|| Workers::new(threads)).map_err(|e| of_render(py, &e))
+}
+
+impl Request {
+    /// What decides about compilation.
+    pub(crate) fn options(&self) -> Options {
+        let is_scenes = |(k, _): &&(String, String)| SCENE_SETTINGS.contains(&k.as_str());
+        Options {
+            resolution: self.resolution,
+            crop: self.crop,
+            spectral: self.spectral,
+            settings: self.settings.iter().filter(is_scenes).cloned().collect(),
+        }
+    }
+
+    fn stop(&self, scene: &scene::Scene) -> PyResult<Stop> {
+        match (self.passes, self.time) {
+            (Some([a, b]), _) if a < b => Ok(Stop::Passes(a..b)),
+            (Some([a, b]), _) => Err(PyValueError::new_err(format!("passes {a}..{b} are none"))),
+            (None, Some(time)) => Ok(Stop::Time(seconds("time", time)?)),
+            (None, None) => Ok(Stop::Passes(0..scene.settings().sampler.spp.max(1))),
+        }
+    }
+}
+
+fn seconds(name: &str, value: f64) -> PyResult<Duration> {
+    let valid = (value > 0.0).then(|| Duration::try_from_secs_f64(value).ok()).flatten();
+    valid.ok_or_else(|| PyValueError::new_err(format!("{name} must be a number of seconds above 0")))
+}
+
+/// Renders; `start` is a film to go on from. Gives a film and a report; Ctrl-C ends it with what there is.
+#[pyfunction(name = "render")]
+pub(crate) fn render_scene<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    request: Request,
+    start: Option<PyRef<'py, Film>>,
+    listener: Option<Py<PyAny>>,
+) -> PyResult<(Film, Bound<'py, PyDict>)> {
+    let began = std::time::Instant::now();
+    let opened = scene.compiled(py, &request.options(), request.threads)?;
+    let load_seconds = began.elapsed().as_secs_f64();
+    let workers = workers(py, request.threads)?;
+    let stop = request.stop(&opened.scene)?;
+    let checkpoint = match &request.checkpoint {
+        Some(path) => Some(Checkpoint {
+            path: path.clone(),
+            every: seconds("checkpoint_every", request.checkpoint_every)?,
+            resume: request.resume,
+        }),
+        None => None,
+    };
+    let method = Method {
+        integrator: request.integrator.clone(),
+        settings: request.settings.clone(),
+        seed: request.seed,
+    };
+
+    let cancel = Cancel::default();
+    let mut listener = Listener::new(listener, cancel.clone());
+    let start = start.map(|film| film.film.clone());
+    let rendered = py.detach(|| {
+        let mut job = Job::new(&opened.scene, &method)?;
+        if let Some(film) = &start {
+            job.merge(film)?;
+        }
+        let outcome =
+            job.render(&stop, checkpoint.as_ref(), &workers, &cancel, &mut |event| listener.on(event))?;
+        Ok((job.into_film(), outcome))
+    });
+    let interrupted = listener.end()?;
+    let (film, outcome) = rendered.map_err(|e| of_render(py, &e))?;
+    let report = report(py, &outcome, load_seconds, workers.len())?;
+    if interrupted && film.passes().is_empty() {
+        return Err(pyo3::exceptions::PyKeyboardInterrupt::new_err(()));
+    }
+    if let Some(e) = &outcome.checkpoint_error {
+        report.set_item("checkpoint_error", render::sentence(e))?;
+    }
+    Ok((Film::new(film), report))
+}
+
+fn report<'py>(
+    py: Python<'py>,
+    outcome: &Outcome,
+    load_seconds: f64,
+    threads: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let run = &outcome.report;
+    let d = PyDict::new(py);
+    d.set_item("load_seconds", load_seconds)?;
+    d.set_item("render_seconds", run.elapsed.as_secs_f64())?;
+    d.set_item("rays", run.counters.rays)?;
+    d.set_item("camera_paths", run.counters.camera_paths)?;
+    d.set_item("light_paths", run.counters.light_paths)?;
+    d.set_item("passes_resumed", outcome.passes_resumed)?;
+    d.set_item("threads", threads)?;
+    d.set_item("interrupted", run.cancelled)?;
+    Ok(d)
+}
+
+/// The integrators: names, what each is for and misses, parameters with defaults.
+#[pyfunction(name = "integrators")]
+pub(crate) fn list_integrators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let one = |info: &integrators::IntegratorInfo| {
+        let d = PyDict::new(py);
+        d.set_item("name", info.name)?;
+        d.set_item("purpose", info.purpose)?;
+        d.set_item("misses", info.misses)?;
+        d.set_item("unbiased", info.unbiased)?;
+        let parameters = PyDict::new(py);
+        for p in (info.parameters)() {
+            let about = PyDict::new(py);
+            about.set_item("default", p.kind.default_text())?;
+            about.set_item("expects", p.kind.expected())?;
+            about.set_item("doc", p.doc)?;
+            parameters.set_item(p.name, about)?;
+        }
+        d.set_item("parameters", parameters)?;
+        Ok(d)
+    };
+    integrators::list().iter().map(one).collect()
+}

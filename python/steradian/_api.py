@@ -1,0 +1,225 @@
+"""Scenes and renders."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from . import _native, _progress
+from ._image import Image
+from .errors import FilmError, ParameterError, ResumeError, SceneError
+
+Settings = list[tuple[str, str]]
+
+
+class Scene:
+    """A scene: what a file or Python describes, compiled when it is first needed."""
+
+    def __init__(self, native: _native.Scene) -> None:
+        self._native = native
+
+    @property
+    def content_hash(self) -> str:
+        """A hash of all that makes the scene: the same scene, the same hash, on every machine."""
+        return self._native.content_hash()
+
+    def __repr__(self) -> str:
+        return f"<steradian.Scene {self.content_hash}>"
+
+
+def load(
+    path: str | os.PathLike[str],
+    *,
+    strict: bool = False,
+    defines: Mapping[str, object] | None = None,
+) -> Scene:
+    """Reads a scene file.
+
+    With `strict` every warning is an error; `defines` sets the file's ``$parameters``. Raises SceneError, which lists
+    all that is wrong with file, line and column; warns with SceneWarning.
+    """
+    given = [(name, _text(value)) for name, value in (defines or {}).items()]
+    return Scene(_native.Scene.load(Path(path), strict, given))
+
+
+def render(
+    scene: Scene | str | os.PathLike[str],
+    *,
+    integrator: str | None = None,
+    spp: int | None = None,
+    time: float | None = None,
+    passes: tuple[int, int] | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    resolution: tuple[int, int] | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    spectral: bool = False,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 30.0,
+    resume: bool = False,
+    progress: bool = True,
+    on_progress: Callable[[dict[str, Any]], bool | None] | None = None,
+    **parameters: object,
+) -> Image:
+    """Renders a scene.
+
+    Stops after `spp` samples in each pixel, after `time` seconds, or when `passes` (half-open) are done; else the scene
+    says when. What is left out is as the scene says; `parameters` are the integrator's, and ``sampler`` and
+    ``light_selection`` (see `integrators`). `resolution` is (width, height), `crop` (x0, y0, x1, y1) in pixels,
+    half-open. The same arguments give the same bits for any number of `threads`.
+
+    `checkpoint` names a file to which the film is saved every `checkpoint_every` seconds; with `resume` the render goes
+    on from it. `on_progress` hears events as dicts, some ten times a second; if it returns True, or on Ctrl-C, the render
+    stops and gives what there is (``metadata["interrupted"]`` tells).
+
+    Raises SceneError, ParameterError, FilmError, FilmTooLargeError, ResumeError, OutputError.
+    """
+    if sum(x is not None for x in (spp, time, passes)) > 1:
+        raise ParameterError("only one of spp, time and passes can say when to stop")
+    if spp is not None:
+        if spp < 1:
+            raise ParameterError(f"spp cannot be {spp}: expected a whole number from 1")
+        passes = (0, spp)
+    if resume and checkpoint is None:
+        raise ParameterError("resume needs a checkpoint to go on from")
+    request = {
+        "integrator": integrator,
+        "settings": _settings(parameters),
+        "seed": seed,
+        "threads": threads,
+        "resolution": resolution,
+        "crop": crop,
+        "spectral": spectral,
+        "passes": passes,
+        "time": time,
+        "checkpoint": None if checkpoint is None else Path(checkpoint),
+        "checkpoint_every": checkpoint_every,
+        "resume": resume,
+    }
+    scene = scene if isinstance(scene, Scene) else load(scene)
+    return _run(scene, request, None, progress, on_progress)
+
+
+def resume(
+    image: Image | str | os.PathLike[str],
+    *,
+    more: int | None = None,
+    time: float | None = None,
+    scene: Scene | str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    progress: bool = True,
+    on_progress: Callable[[dict[str, Any]], bool | None] | None = None,
+) -> Image:
+    """Continues a render exactly, by `more` passes or `time` seconds: the bits of one render in one go.
+
+    `image` is what `render` gave, or the path of a ``.partial`` file or checkpoint; a file, and an image that was
+    pickled, need the `scene` too.
+
+    Raises ResumeError if the scene or the version is another.
+    """
+    image = image if isinstance(image, Image) else Image.load(image)
+    if scene is None:
+        scene = image._scene
+    elif not isinstance(scene, Scene):
+        scene = load(scene)
+    if scene is None:
+        raise ResumeError("this film does not know its scene: give it, as scene=")
+    if (more is None) == (time is None):
+        raise ParameterError("give either more (passes) or time (seconds)")
+    if more is not None and more < 1:
+        raise ParameterError(f"more cannot be {more}: expected a whole number from 1")
+
+    # All that decides the picture stands in the film's key.
+    first = _first_missing(image)
+    request = {
+        **_of_film(image),
+        "threads": threads,
+        "passes": None if more is None else (first, first + more),
+        "time": time,
+        "checkpoint": None,
+        "checkpoint_every": 30.0,
+        "resume": False,
+    }
+    try:
+        after = _run(scene, request, image._film, progress, on_progress)
+    except FilmError as e:
+        raise ResumeError(f"the film cannot be resumed: {e}") from None
+    for name in ("render_seconds", "rays", "camera_paths", "light_paths"):
+        after._report[name] += image._report.get(name, 0)
+    after._report["passes_resumed"] = image.spp
+    return after
+
+
+def integrators() -> dict[str, dict[str, Any]]:
+    """The integrators by name: ``purpose``, what each ``misses``, ``unbiased``, and its ``parameters`` with defaults."""
+    return {about["name"]: about for about in _native.integrators()}
+
+
+def _run(
+    scene: Scene,
+    request: Mapping[str, Any],
+    start: _native.Film | None,
+    progress: bool,
+    on_progress: Callable[[dict[str, Any]], bool | None] | None,
+) -> Image:
+    bar = _progress.bar(progress)
+
+    def listener(event: dict[str, Any]) -> bool | None:
+        bar.on(event)
+        return on_progress(event) if on_progress is not None else None
+
+    # Without a listener the render never waits for the interpreter, but for a look at Ctrl-C.
+    heard = listener if on_progress is not None or type(bar) is not _progress.Silent else None
+    try:
+        film, report = _native.render(scene._native, request, start, heard)
+    finally:
+        bar.end()
+    return Image(film, report, scene, request)
+
+
+def _settings(parameters: Mapping[str, object]) -> Settings:
+    return [(name, _text(value)) for name, value in parameters.items()]
+
+
+def _text(value: object) -> str:
+    """A value as the command line writes it."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(value)
+
+
+def _first_missing(image: Image) -> int:
+    ranges = image._film.passes()
+    return ranges[0][1] if ranges and ranges[0][0] == 0 else 0
+
+
+def _of_film(image: Image) -> dict[str, Any]:
+    """The request that makes a film like this one, read from its key."""
+    info = image._film.info()
+    known = integrators()
+    if info["integrator"] not in known:
+        raise ResumeError(f"the film was rendered with `{info['integrator']}`, which this version does not have")
+    own = {*known[info["integrator"]]["parameters"], "light_selection"}
+    pairs = [part.split("=", 1) for part in info["settings"].split(" ") if "=" in part]
+    values = dict(pairs)
+    settings = [(name, value) for name, value in pairs if name in own]
+    sampler = values.get("sampler", "")
+    if not sampler.startswith("stratified"):
+        settings.append(("sampler", sampler))
+    else:
+        settings.append(("sampler", "stratified"))
+    return {
+        "integrator": info["integrator"],
+        "settings": settings,
+        "seed": info["seed"],
+        "resolution": info["resolution"],
+        "crop": info["crop"],
+        "spectral": values.get("mode") == "spectral",
+    }
+
+
+__all__ = ["Scene", "SceneError", "integrators", "load", "render", "resume"]

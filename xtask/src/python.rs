@@ -1,0 +1,77 @@
+//! The Python half: a virtual environment under `target/`, the wheel built into it, its tests and its types.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+/// What building and testing need, beside what the package itself depends on.
+const TOOLS: &[&str] = &["maturin>=1.7,<2", "numpy>=1.24", "pytest>=8", "mypy>=1.11"];
+
+/// Builds, installs and tests the Python package.
+pub(crate) fn test(root: &Path) -> Result<()> {
+    let Some(python) = interpreter() else {
+        println!("SKIPPED: the Python package's tests (they need Python 3.10 or newer with venv)");
+        return Ok(());
+    };
+    let bin = environment(root, &python)?;
+    install(root, &bin)?;
+    run(root, Command::new(bin.join("python")).args(["-m", "pytest"]))?;
+    run(root, Command::new(bin.join("python")).args(["-m", "mypy"]))?;
+    let stubs = ["-m", "mypy.stubtest", "steradian._native", "--allowlist", "python/stubtest-allowed.txt"];
+    run(root, Command::new(bin.join("python")).args(stubs))
+}
+
+/// A Python that is new enough.
+fn interpreter() -> Option<PathBuf> {
+    let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))";
+    let works = |name: &&str| {
+        Command::new(name).args(["-c", check]).output().is_ok_and(|output| output.status.success())
+    };
+    ["python3", "python"].into_iter().find(works).map(PathBuf::from)
+}
+
+/// The folder with the environment's programs; made once.
+fn environment(root: &Path, python: &Path) -> Result<PathBuf> {
+    let folder = root.join("target/python");
+    let bin = folder.join(if cfg!(windows) { "Scripts" } else { "bin" });
+    let stamp = folder.join("tools.txt");
+    let wanted = TOOLS.join("\n");
+    if fs::read_to_string(&stamp).is_ok_and(|has| has == wanted) {
+        return Ok(bin);
+    }
+    run(root, Command::new(python).args(["-m", "venv"]).arg(&folder))?;
+    run(root, pip(&bin).args(["install", "--quiet"]).args(TOOLS))?;
+    fs::write(&stamp, wanted).with_context(|| stamp.display().to_string())?;
+    Ok(bin)
+}
+
+/// As `pip install .`, but with the profile that the tests use: what they compiled serves here too.
+fn install(root: &Path, bin: &Path) -> Result<()> {
+    let mut command = pip(bin);
+    command.args(["install", "--quiet", "--no-build-isolation", "--no-deps", "--force-reinstall", "."]);
+    command.env("MATURIN_PEP517_ARGS", "--profile dev").env("PATH", path_with(bin)?);
+    run(root, &mut command)
+}
+
+fn pip(bin: &Path) -> Command {
+    let mut command = Command::new(bin.join("python"));
+    command.args(["-m", "pip", "--disable-pip-version-check"]);
+    command
+}
+
+fn path_with(bin: &Path) -> Result<std::ffi::OsString> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let all = std::iter::once(bin.to_owned()).chain(std::env::split_paths(&path));
+    std::env::join_paths(all).context("PATH")
+}
+
+fn run(root: &Path, command: &mut Command) -> Result<()> {
+    println!("$ {command:?}");
+    let status = command.current_dir(root).status().with_context(|| format!("cannot start {command:?}"))?;
+    if !status.success() {
+        bail!("{command:?} failed");
+    }
+    Ok(())
+}
