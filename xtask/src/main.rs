@@ -1,6 +1,7 @@
 //! The project's chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask ci`.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 
+mod mutants;
 mod python;
 mod tidy;
 
@@ -18,11 +19,14 @@ usage: cargo xtask COMMAND
   tidy    the house rules that the compiler does not check
   lint    clippy over the workspace, warnings are errors
   doc     the documentation builds without a warning
-  ci      what CI runs: test, lint, doc";
+  ci      what CI runs: test, lint, doc
+  mutants puts known mistakes into a copy of the tree, one at a time, and sees that tests find them (long);
+          mutants NAME... tries some, mutants --list names all";
 
 fn main() -> ExitCode {
-    let command = std::env::args().nth(1).unwrap_or_default();
-    match run(&command) {
+    let mut args = std::env::args().skip(1);
+    let command = args.next().unwrap_or_default();
+    match run(&command, &args.collect::<Vec<_>>()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             eprintln!("xtask {command}: {e:#}");
@@ -31,7 +35,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: &str) -> Result<()> {
+fn run(command: &str, args: &[String]) -> Result<()> {
     match command {
         "test" => test(),
         "python" => python::test(&root()),
@@ -40,9 +44,14 @@ fn run(command: &str) -> Result<()> {
         "doc" => cargo(&["doc", "--workspace", "--no-deps"]),
         "ci" => {
             test()?;
-            run("lint")?;
-            run("doc")
+            run("lint", &[])?;
+            run("doc", &[])
         }
+        "mutants" if args.first().is_some_and(|a| a == "--list") => {
+            mutants::list();
+            Ok(())
+        }
+        "mutants" => mutants::run(&root(), args),
         "" | "help" | "--help" | "-h" => {
             println!("{HELP}");
             Ok(())
@@ -68,7 +77,7 @@ fn has(command: &str) -> bool {
     output.is_ok_and(|o| o.status.success())
 }
 
-fn program() -> OsString {
+pub(crate) fn program() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
@@ -85,6 +94,6 @@ fn cargo(args: &[&str]) -> Result<()> {
     Ok(())
 }
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_owned()
 }

@@ -29,15 +29,21 @@ pub(crate) fn run(args: &MergeArgs) -> Done {
     let developed = film.develop();
 
     let workers = Workers::new(None)?;
+    let mut outputs = args.output.clone();
+    let mut sheet = None;
     for path in &args.output {
         if render::is_picture(path) {
             let picture = render::picture(&film, &developed).map_err(Failure::failed)?;
             workers.install(|| render::save_picture(path, &picture, args.exposure))?;
+            if sheet.is_none() {
+                sheet = render::save_sheet(path, &picture, args.exposure)?;
+            }
         } else {
             film.save(path).map_err(Error::from)?;
         }
     }
 
+    outputs.extend(sheet);
     let report = Report {
         spp: film.passes().len(),
         passes: film.passes().to_string(),
@@ -45,7 +51,7 @@ pub(crate) fn run(args: &MergeArgs) -> Done {
         mean: developed.mean_rgb(),
         relmse_estimate: developed.relmse_estimate(),
         duplicates,
-        outputs: args.output.clone(),
+        outputs,
     };
     if args.json {
         messages::json(&report);

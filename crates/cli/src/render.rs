@@ -161,6 +161,12 @@ fn save(
         for path in pictures {
             note(path, workers.install(|| render::save_picture(path, &picture, args.exposure)));
         }
+        // Pictures of one name share a sheet.
+        match pictures.first().map(|path| render::save_sheet(path, &picture, args.exposure)) {
+            Some(Ok(Some(sheet))) => note(&sheet, Ok(())),
+            Some(Err(e)) => note(&pictures[0], Err(e)),
+            Some(Ok(None)) | None => {}
+        }
     }
     match failed {
         None => Ok(outputs),

@@ -17,7 +17,7 @@ pub struct Developed {
     pub mean: Vec<[f32; 3]>,
     /// Variance of that mean, by the delta method; infinite below two passes.
     pub variance: Vec<[f32; 3]>,
-    /// The further channels, `n` per pixel in the order of the settings.
+    /// The further channels, `n` per pixel in the order of the settings: those of camera samples, then those of splats.
     pub aovs: Vec<f32>,
 }
 
@@ -26,13 +26,15 @@ impl Film {
     #[must_use]
     pub fn develop(&self) -> Developed {
         let bounds = self.settings().crop;
-        let (n_passes, n_aovs) = (self.passes().len(), self.common.n_aovs);
+        let (n_passes, n_aovs, n_splat_aovs) =
+            (self.passes().len(), self.common.n_aovs, self.common.n_splat_aovs);
+        let n_further = n_aovs + n_splat_aovs;
         let mut image = Developed {
             bounds,
             n_passes,
             mean: vec![[0.0; 3]; bounds.area()],
             variance: vec![[0.0; 3]; bounds.area()],
-            aovs: vec![0.0; bounds.area() * n_aovs],
+            aovs: vec![0.0; bounds.area() * n_further],
         };
         for b in 0..self.blocks.len() {
             let block = self.blocks.lock(b);
@@ -46,7 +48,11 @@ impl Film {
                 }
                 for k in 0..n_aovs {
                     let sum = block.aovs[i * n_aovs + k].to_f64();
-                    image.aovs[to * n_aovs + k] = ratio(sum, pixel.weight) as f32;
+                    image.aovs[to * n_further + k] = ratio(sum, pixel.weight) as f32;
+                }
+                for k in 0..n_splat_aovs {
+                    let sum = block.splat_aovs[i * n_splat_aovs + k].to_f64();
+                    image.aovs[to * n_further + n_aovs + k] = ratio(sum, n_passes as f64) as f32;
                 }
             }
         }

@@ -66,6 +66,8 @@ pub(crate) struct FilmBlock {
     pub(crate) splat: Vec<[Fixed; 3]>,
     /// Σ w x of the further channels, pixel by pixel.
     pub(crate) aovs: Vec<Fixed>,
+    /// Σ x of the splats' further channels, pixel by pixel.
+    pub(crate) splat_aovs: Vec<Fixed>,
 }
 
 impl Block for FilmBlock {
@@ -98,6 +100,7 @@ impl Film {
             is_pixel_box: settings.filter.is_pixel_box(),
             sign: settings.sign,
             n_aovs: settings.aovs.len(),
+            n_splat_aovs: settings.splat_aovs.len(),
         });
         let weighted = !common.is_pixel_box;
         let blocks = Blocks::new(crop, |area| {
@@ -112,6 +115,7 @@ impl Film {
                 total_weight: zeros(n_weighted)?,
                 splat: zeros(if settings.splats { n_weighted } else { 0 })?,
                 aovs: zeros(n * settings.aovs.len())?,
+                splat_aovs: zeros(n * settings.splat_aovs.len())?,
             })
         })
         .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
@@ -297,9 +301,8 @@ impl FilmBlock {
         for (sum, x) in self.splat.iter_mut().zip(&pass.splat) {
             add3(sum, x);
         }
-        for (sum, x) in self.aovs.iter_mut().zip(&pass.aovs) {
-            *sum = sum.wrapping_add(*x);
-        }
+        add_each(&mut self.aovs, &pass.aovs);
+        add_each(&mut self.splat_aovs, &pass.splat_aovs);
     }
 
     /// T and T² of one pass. Squares that do not fit saturate, which is the same in any order.
@@ -329,8 +332,11 @@ impl FilmBlock {
         for (a, b) in self.weight_squared.iter_mut().zip(&other.weight_squared) {
             *a = a.wrapping_add(*b);
         }
-        for (a, b) in self.aovs.iter_mut().zip(&other.aovs) {
-            *a = a.wrapping_add(*b);
-        }
+        add_each(&mut self.aovs, &other.aovs);
+        add_each(&mut self.splat_aovs, &other.splat_aovs);
     }
+}
+
+fn add_each(sums: &mut [Fixed], values: &[Fixed]) {
+    sums.iter_mut().zip(values).for_each(|(sum, x)| *sum = sum.wrapping_add(*x));
 }

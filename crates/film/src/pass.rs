@@ -30,6 +30,8 @@ pub(crate) struct PassBlock {
     pub(crate) splat: Vec<[Fixed; 3]>,
     /// Σ w x of the further channels.
     pub(crate) aovs: Vec<Fixed>,
+    /// Σ x of the splats' further channels.
+    pub(crate) splat_aovs: Vec<Fixed>,
 }
 
 impl Block for PassBlock {
@@ -50,6 +52,7 @@ impl PassBuffer {
                 weight: zeros(if weighted { n } else { 0 })?,
                 splat: zeros(if weighted && settings.splats { n } else { 0 })?,
                 aovs: zeros(n * settings.aovs.len())?,
+                splat_aovs: zeros(n * settings.splat_aovs.len())?,
             })
         })
         .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
@@ -150,6 +153,7 @@ impl PassBlock {
         self.weight.fill(0);
         self.splat.fill([Fixed::ZERO; 3]);
         self.aovs.fill(Fixed::ZERO);
+        self.splat_aovs.fill(Fixed::ZERO);
     }
 
     /// The part of a splat that falls into `part` of this block.
@@ -159,6 +163,11 @@ impl PassBlock {
                 + i / part.width() * self.area.width()
                 + i % part.width();
             let value = s.rgb.map(|v| Fixed::from_f32(w * v).unwrap_or_default());
+            if let Some(channel) = s.channel {
+                let at = to * common.n_splat_aovs + usize::from(channel);
+                let sums = self.splat_aovs[at..].iter_mut().zip(&value);
+                return sums.for_each(|(sum, x)| *sum = sum.wrapping_add(*x));
+            }
             add3(&mut self.total[to], &value);
             if let Some(splat) = self.splat.get_mut(to) {
                 add3(splat, &value);
@@ -183,6 +192,8 @@ struct Splat {
     pixel: [i32; 2],
     offset: [f32; 2],
     rgb: [f32; 3],
+    /// The first of three further channels; `None` for the image.
+    channel: Option<u16>,
 }
 
 /// A list this long should be handed in.
@@ -204,6 +215,17 @@ impl SplatList {
     /// its sum over a pass is an estimate of the pixel: the caller has divided by the number of paths.
     #[inline]
     pub fn add(&mut self, position: [f32; 2], rgb: [f32; 3]) {
+        self.push(position, rgb, None);
+    }
+
+    /// Adds to three further channels, from `channel` of [`FilmSettings::splat_aovs`] on, as [`SplatList::add`] does to R, G, B.
+    pub fn add_aov(&mut self, channel: usize, position: [f32; 2], rgb: [f32; 3]) {
+        debug_assert!(channel + 3 <= self.common.n_splat_aovs);
+        self.push(position, rgb, u16::try_from(channel).ok());
+    }
+
+    #[inline]
+    fn push(&mut self, position: [f32; 2], rgb: [f32; 3], channel: Option<u16>) {
         if rgb == [0.0; 3] || !position.iter().all(|x| x.abs() < 1e9) {
             return;
         }
@@ -217,7 +239,7 @@ impl SplatList {
         }
         let offset = [0, 1].map(|a| position[a] - pixel[a] as f32);
         let block = block_of(&self.common.crop, pixel) as u32;
-        self.splats.push(Splat { block, pixel, offset, rgb });
+        self.splats.push(Splat { block, pixel, offset, rgb, channel });
     }
 
     /// Is it long enough to be handed to [`PassBuffer::add_splats`]? (It may grow further.)

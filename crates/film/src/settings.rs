@@ -20,8 +20,10 @@ pub struct FilmSettings {
     pub sign: Sign,
     /// Will there be splats? (Costs memory unless the filter is the box of one pixel.)
     pub splats: bool,
-    /// Names of further channels that are averaged beside R, G, B, such as `albedo.R` or `depth.Z`.
+    /// Names of further channels that are averaged over camera samples beside R, G, B, such as `albedo.R` or `depth.Z`.
     pub aovs: Vec<String>,
+    /// Names of further channels that splats are summed in, such as `s3t1.weighted.R`.
+    pub splat_aovs: Vec<String>,
     /// What was rendered, and how.
     pub key: RenderKey,
 }
@@ -51,6 +53,7 @@ impl FilmSettings {
             sign: Sign::NonNegative,
             splats: false,
             aovs: Vec::new(),
+            splat_aovs: Vec::new(),
             key: RenderKey::default(),
         }
     }
@@ -79,8 +82,9 @@ impl FilmSettings {
         if self.crop.area() > MAX_PIXELS {
             return Err(Error::TooLarge { width: self.crop.width(), height: self.crop.height() });
         }
-        if self.aovs.len() > MAX_AOVS {
-            return bad(format!("{} further channels are more than {MAX_AOVS}", self.aovs.len()));
+        let n_aovs = self.aovs.len() + self.splat_aovs.len();
+        if n_aovs > MAX_AOVS {
+            return bad(format!("{n_aovs} further channels are more than {MAX_AOVS}"));
         }
         self.filter.check().map_err(Error::Settings)
     }
@@ -104,6 +108,9 @@ impl FilmSettings {
             .or_else(|| differ("signs", format!("{:?}", self.sign), format!("{:?}", other.sign)))
             .or_else(|| differ("splats", self.splats.to_string(), other.splats.to_string()))
             .or_else(|| differ("further channels", self.aovs.join(" "), other.aovs.join(" ")))
+            .or_else(|| {
+                differ("further channels of splats", self.splat_aovs.join(" "), other.splat_aovs.join(" "))
+            })
     }
 }
 

@@ -17,6 +17,7 @@ pub(crate) struct Common {
     pub(crate) is_pixel_box: bool,
     pub(crate) sign: Sign,
     pub(crate) n_aovs: usize,
+    pub(crate) n_splat_aovs: usize,
 }
 
 /// The samples of one tile of one pass, spread over the filter's footprint, with a border that belongs to the neighbours.

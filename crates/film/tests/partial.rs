@@ -14,6 +14,7 @@ fn small(filter: Filter) -> Film {
         sign: Sign::Any,
         splats: true,
         aovs: vec!["depth.Z".into()],
+        splat_aovs: ["R", "G", "B"].map(|c| format!("s2t1.{c}")).to_vec(),
         key: RenderKey {
             scene: "c0ffee".into(),
             integrator: "path".into(),
@@ -33,6 +34,7 @@ fn small(filter: Filter) -> Film {
         tile.add_sample([3, 0], [0.5; 2], [f32::NAN; 3]);
         list.begin(pass);
         list.add([20.3, 0.6], [1.0, 2.0, 3.0]);
+        list.add_aov(0, [21.3, 1.6], [4.0, 5.0, 6.0]);
         buffer.add_tile(&tile);
         buffer.add_splats(&mut list);
         film.add_pass(&mut buffer).unwrap();

@@ -138,6 +138,36 @@ fn splats_add_to_samples_and_their_spread_counts_as_a_replicate() {
     }
 }
 
+/// A further channel of splats is a sum over the pass, as the image's splats are, and does not reach the image.
+#[test]
+fn further_channels_of_splats_are_sums_of_a_pass() {
+    for filter in [Filter::pixel_box(), Filter::gaussian()] {
+        let names = ["R", "G", "B"].map(|c| format!("s2t1.{c}")).to_vec();
+        let settings = FilmSettings { splats: true, ..FilmSettings::new([9, 9], filter) };
+        let (plain, with) =
+            (Film::new(settings.clone()), Film::new(FilmSettings { splat_aovs: names, ..settings }));
+        let (plain, with) = (plain.unwrap(), with.unwrap());
+        for pass in 0..5 {
+            for film in [&plain, &with] {
+                let (mut buffer, mut list) = (film.pass_buffer().unwrap(), film.splat_list());
+                buffer.begin(pass);
+                list.begin(pass);
+                let (position, rgb) = ([4.3 + 0.1 * pass as f32, 4.6], [1.0, 2.0 + pass as f32, 0.25]);
+                match film.settings().splat_aovs.is_empty() {
+                    true => list.add(position, rgb),
+                    false => list.add_aov(0, position, rgb),
+                }
+                buffer.add_splats(&mut list);
+                film.add_pass(&mut buffer).unwrap();
+            }
+        }
+        let (plain, with) = (plain.develop(), with.develop());
+        assert_eq!(with.mean_rgb(), [0.0; 3]);
+        assert!(plain.mean_rgb()[1] > 0.0);
+        assert_eq!(with.aovs, plain.mean.as_flattened(), "{filter:?}");
+    }
+}
+
 #[test]
 fn a_splat_just_outside_the_film_reaches_into_it() {
     let film =

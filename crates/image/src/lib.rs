@@ -9,6 +9,7 @@ mod atomic;
 mod buffer;
 mod codec;
 mod error;
+mod label;
 mod pixels;
 mod tonemap;
 
@@ -17,6 +18,7 @@ pub use buffer::{Image, MetaValue};
 pub use codec::{Format, MAX_PIXELS, SaveOptions, decode, decode_image, encode, load, load_image, save};
 pub use error::ImageError;
 pub use exr::prelude::f16;
+pub use label::LETTER;
 pub use pixels::{ChannelLayout, PixelBuffer, PixelData};
 pub use spectrum::TransferFunction;
 pub use tonemap::{Display, ToneMap};

@@ -52,6 +52,15 @@ pub struct CellOutput {
     pub counters: Counters,
 }
 
+/// Names of further channels that an integrator fills beside the image, such as `albedo.R`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Channels {
+    /// Averaged over camera samples: every one of them is given to [`FilmTile::add_aovs`].
+    pub samples: Vec<String>,
+    /// Summed over a pass: what is given to [`SplatList::add_aov`].
+    pub splats: Vec<String>,
+}
+
 /// A light transport algorithm.
 ///
 /// `render` calls [`Integrator::prepare`] before a pass (alone), then [`Integrator::cell`] for every cell of it from
@@ -70,6 +79,11 @@ pub trait Integrator: Send + Sync {
     /// Can cells leave splats?
     fn splats(&self) -> bool {
         false
+    }
+
+    /// What its cells fill beside the image.
+    fn channels(&self) -> Channels {
+        Channels::default()
     }
 
     /// Blocks of light paths in a pass.

@@ -16,6 +16,8 @@ mod mlt;
 mod path;
 mod recursive;
 mod registry;
+mod strategy_layer;
 
-pub use cell::{Cell, CellOutput, Counters, Integrator, PassContext};
+pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext};
 pub use registry::{IntegratorInfo, Making, create, find, list};
+pub use strategy_layer::StrategyLayer;

@@ -215,10 +215,13 @@ fn bind<'s>(scene: &'s Scene, method: &Method) -> Result<(Bound<'s>, FilmSetting
     };
     let shared =
         format!("light_selection={lights} mode={mode} sampler={sampler} tile={TILE_SIDE} version={VERSION}");
+    let integrators::Channels { samples, splats } = integrator.channels();
     let settings = FilmSettings {
         crop: of_scene.crop,
         sign: if of_scene.spectral { Sign::Any } else { Sign::NonNegative },
         splats: integrator.splats(),
+        aovs: samples,
+        splat_aovs: splats,
         key: RenderKey {
             scene: format!("{:016x}", of_scene.content_hash),
             integrator: name.to_owned(),

@@ -26,7 +26,7 @@ pub(crate) fn check(settings: &FilmSettings, buffers: u64) -> Result<(), Error> 
 fn needed(settings: &FilmSettings, buffers: u64) -> u64 {
     let is_weighted = !settings.filter.is_pixel_box();
     let (weighted, splats) = (u64::from(is_weighted), u64::from(is_weighted && settings.splats));
-    let aovs = settings.aovs.len() as u64;
+    let aovs = (settings.aovs.len() + settings.splat_aovs.len()) as u64;
     let film = 2 * SUM + weighted * (SUM + 2 * WEIGHT) + splats * SUM + aovs * 16;
     let buffer = SUM + weighted * WEIGHT + splats * SUM + aovs * 16;
     // Developed, and as an image with its variance.

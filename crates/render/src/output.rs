@@ -28,8 +28,9 @@ pub fn picture(film: &Film, developed: &Developed) -> Result<Image, image::Image
         let variance = Image::from_data(w, h, rgb(), developed.variance.as_flattened().to_vec())?;
         picture.append("variance.", &variance)?;
     }
-    if !settings.aovs.is_empty() {
-        picture.append("", &Image::from_data(w, h, settings.aovs.clone(), developed.aovs.clone())?)?;
+    if !developed.aovs.is_empty() {
+        let names = settings.aovs.iter().chain(&settings.splat_aovs).cloned().collect();
+        picture.append("", &Image::from_data(w, h, names, developed.aovs.clone())?)?;
     }
     picture.origin = bounds.min;
     picture.full_size = settings.resolution.map(|n| n as usize);

@@ -55,6 +55,7 @@ pub(super) enum Field {
     TotalWeight,
     Splat,
     Aovs,
+    SplatAovs,
 }
 
 impl Field {
@@ -71,6 +72,9 @@ impl Field {
         if !s.aovs.is_empty() {
             fields.push(Self::Aovs);
         }
+        if !s.splat_aovs.is_empty() {
+            fields.push(Self::SplatAovs);
+        }
         fields
     }
 
@@ -83,13 +87,19 @@ impl Field {
             Self::TotalWeight => "total_weight",
             Self::Splat => "splat",
             Self::Aovs => "aovs",
+            Self::SplatAovs => "splat_aovs",
         }
     }
 
     pub(super) fn dtype(self) -> Dtype {
         match self {
             Self::Weight | Self::WeightSquared => Dtype::I64,
-            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat | Self::Aovs => Dtype::U64,
+            Self::Total
+            | Self::TotalSquared
+            | Self::TotalWeight
+            | Self::Splat
+            | Self::Aovs
+            | Self::SplatAovs => Dtype::U64,
         }
     }
 
@@ -100,6 +110,7 @@ impl Field {
             Self::Weight | Self::WeightSquared => vec![h, w],
             Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat => vec![h, w, 3, 2],
             Self::Aovs => vec![h, w, s.aovs.len(), 2],
+            Self::SplatAovs => vec![h, w, s.splat_aovs.len(), 2],
         }
     }
 
@@ -113,6 +124,7 @@ impl Field {
             Self::TotalWeight => gather(film, 1, |b| &b.total_weight),
             Self::Splat => gather(film, 1, |b| &b.splat),
             Self::Aovs => gather(film, film.common.n_aovs, |b| &b.aovs),
+            Self::SplatAovs => gather(film, film.common.n_splat_aovs, |b| &b.splat_aovs),
         }
     }
 
@@ -126,6 +138,7 @@ impl Field {
             Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight),
             Self::Splat => scatter(film, 1, data, |b| &mut b.splat),
             Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs),
+            Self::SplatAovs => scatter(film, film.common.n_splat_aovs, data, |b| &mut b.splat_aovs),
         }
     }
 }

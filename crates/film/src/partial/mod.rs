@@ -44,6 +44,8 @@ struct Head {
     sign: Sign,
     splats: bool,
     aovs: Vec<String>,
+    #[serde(default)]
+    splat_aovs: Vec<String>,
     key: RenderKey,
     passes: String,
     bad_samples: BadSamples,
@@ -81,6 +83,7 @@ impl Film {
             sign: head.sign,
             splats: head.splats,
             aovs: head.aovs,
+            splat_aovs: head.splat_aovs,
             key: head.key,
         };
         settings.check()?;
@@ -158,6 +161,7 @@ impl Film {
             sign: s.sign,
             splats: s.splats,
             aovs: s.aovs.clone(),
+            splat_aovs: s.splat_aovs.clone(),
             key: s.key.clone(),
             passes: progress.passes.to_string(),
             bad_samples: progress.bad,

@@ -8,6 +8,7 @@
 //! Cannot find: light of a delta light that reaches a pinhole over delta surfaces at both ends, such as a point
 //! lamp's caustic seen in a mirror.
 
+mod layers;
 mod strategies;
 mod weight;
 
@@ -20,10 +21,12 @@ use spectrum::Wavelengths;
 pub(crate) use strategies::{Joint, Subpaths};
 pub(crate) use weight::Weighting;
 
+use layers::{LayerSample, Layers};
+
 use crate::common::{CameraStart, LightStart, Roulette, Walk, sampler_of};
-use crate::parameters::{ParameterInfo, Parameters, shared};
+use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making};
-use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
+use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -36,7 +39,21 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
 };
 
 fn parameters() -> Vec<ParameterInfo> {
-    vec![shared::MAX_DEPTH, shared::RR_DEPTH, shared::HEURISTIC]
+    vec![
+        shared::MAX_DEPTH,
+        shared::RR_DEPTH,
+        shared::HEURISTIC,
+        ParameterInfo {
+            name: "show",
+            kind: ParameterKind::Choice(&["image", "strategies"]),
+            doc: "strategies: what every strategy (s, t) makes, weighted and unweighted, as layers and on a sheet",
+        },
+        ParameterInfo {
+            name: "show_depth",
+            kind: ParameterKind::Integer(5),
+            doc: "most scattering events of the paths whose strategies are shown",
+        },
+    ]
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
@@ -45,9 +62,16 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         max_depth: p.limit("max_depth"),
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
         weighting: weighting(making.scene, heuristic),
+        layers: (p.text("show") == "strategies").then(|| {
+            let depth = p.limit("max_depth").min(p.integer("show_depth")).min(MOST_SHOWN);
+            Layers::new(depth as usize, making.scene.camera.has_lens())
+        }),
         sampler: sampler_of(making.sampler, making.seed),
     })
 }
+
+/// Layers of more scattering events than this are more than a film takes.
+const MOST_SHOWN: u32 = 30;
 
 /// There are as many light paths as camera paths in the crop, whose share of the film counts.
 pub(crate) fn weighting(scene: &Scene, heuristic: Heuristic) -> Weighting {
@@ -62,6 +86,8 @@ struct Bidirectional {
     max_depth: u32,
     roulette: Roulette,
     weighting: Weighting,
+    /// Where each strategy is shown, if they are.
+    layers: Option<Layers>,
     sampler: Sampler,
 }
 
@@ -70,17 +96,28 @@ impl Integrator for Bidirectional {
         true
     }
 
+    fn channels(&self) -> Channels {
+        self.layers.as_ref().map(Layers::channels).unwrap_or_default()
+    }
+
     fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {
         let Cell::Tile(bounds) = cell else { return };
         let mut sampler = self.sampler.clone();
-        let mut paths = Subpaths::default();
+        let mut work = Work::default();
         for y in bounds.min[1]..bounds.max[1] {
             for x in bounds.min[0]..bounds.max[0] {
                 sampler.start([x, y], ctx.pass);
-                self.pixel(ctx.scene, [x, y], &mut sampler, &mut paths, out);
+                self.pixel(ctx.scene, [x, y], &mut sampler, &mut work, out);
             }
         }
     }
+}
+
+/// What a cell works with, kept from pixel to pixel so that a path allocates nothing.
+#[derive(Default)]
+struct Work {
+    paths: Subpaths,
+    shown: LayerSample,
 }
 
 impl Bidirectional {
@@ -89,7 +126,7 @@ impl Bidirectional {
         scene: &Scene,
         pixel: [i32; 2],
         sampler: &mut Sampler,
-        paths: &mut Subpaths,
+        work: &mut Work,
         out: &mut CellOutput,
     ) {
         let u = sampler.pixel_2d();
@@ -103,11 +140,32 @@ impl Bidirectional {
         let walks = Walks { scene, lengths, roulette: self.roulette };
         out.counters.camera_paths += 1;
         out.counters.light_paths += 1;
-        walks.eye(raster, sampler, &mut wl, &mut out.counters, paths);
-        walks.light(sampler, &mut wl, &mut out.counters, paths);
+        walks.eye(raster, sampler, &mut wl, &mut out.counters, &mut work.paths);
+        walks.light(sampler, &mut wl, &mut out.counters, &mut work.paths);
 
+        if let Some(layers) = &self.layers {
+            layers.begin(&mut work.shown);
+        }
+        let radiance = self.join(scene, sampler, wl, work, out);
+        out.tile.add_sample(pixel, u, radiance);
+        if let Some(layers) = &self.layers {
+            layers.end(&work.shown, &mut out.tile, pixel, u);
+        }
+    }
+
+    /// Joins the two walks in every way: the radiance of the pixel; splats are left in `out`.
+    fn join(
+        &self,
+        scene: &Scene,
+        sampler: &mut Sampler,
+        wl: Wavelengths,
+        work: &mut Work,
+        out: &mut CellOutput,
+    ) -> [f32; 3] {
+        let Work { paths, shown } = work;
         let (n_eye, n_light) = (paths.eye.vertices.len(), paths.light.vertices.len());
         let per_light_path = scene.camera.n_pixels() / scene.settings().sample_bounds().area() as f32;
+        let depth = self.max_depth as usize;
         let mut radiance = [0.0; 3];
         for t in 0..=n_eye + 2 {
             for s in 0..=n_light + 2 {
@@ -119,16 +177,22 @@ impl Bidirectional {
                 let mut joint =
                     Joint { scene, weighting: self.weighting, wl, paths: &mut *paths, sampler, counters };
                 let Some(c) = joint.strategy(s, t) else { continue };
+                let factor = if c.splat.is_some() { per_light_path } else { 1.0 };
+                let rgb = scene.film_rgb(c.weighted * factor, &wl);
                 match c.splat {
-                    Some(at) => out.splats.add(at, scene.film_rgb(c.weighted * per_light_path, &wl)),
-                    None => {
-                        let rgb = scene.film_rgb(c.weighted, &wl);
-                        radiance = [0, 1, 2].map(|i| radiance[i] + rgb[i]);
+                    Some(at) => out.splats.add(at, rgb),
+                    None => radiance = [0, 1, 2].map(|i| radiance[i] + rgb[i]),
+                }
+                if let Some(layers) = &self.layers {
+                    let values = [rgb, scene.film_rgb(c.unweighted * factor, &wl)];
+                    match c.splat {
+                        Some(at) => layers.splat(&mut out.splats, (s, t), at, values),
+                        None => layers.add(shown, (s, t), values),
                     }
                 }
             }
         }
-        out.tile.add_sample(pixel, u, radiance);
+        radiance
     }
 }
 
