@@ -8,6 +8,8 @@ mod bounds;
 mod frame;
 mod motion;
 mod ray;
+#[cfg(feature = "serde")]
+mod serial;
 mod space;
 mod transform;
 

@@ -30,6 +30,12 @@ impl Transform {
         (m.is_finite() && inv.is_finite() && m.determinant() != 0.0).then_some(Self { m, inv })
     }
 
+    /// From a matrix and its inverse, which are taken as they are.
+    #[cfg(feature = "serde")]
+    pub(crate) fn from_pair(m: DMat4, inv: DMat4) -> Self {
+        Self { m, inv }
+    }
+
     /// Moves by `d`.
     #[must_use]
     pub fn translate(d: DVec3) -> Self {

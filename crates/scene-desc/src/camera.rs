@@ -1,11 +1,14 @@
 //! The eye.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use math::{AnimatedTransform, Transform, Vec2};
 
 use crate::Span;
 
 /// A camera.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct CameraDesc {
     /// What it is.
     pub kind: CameraKind,
@@ -22,11 +25,13 @@ pub struct CameraDesc {
     /// The medium around it.
     pub medium: Option<crate::MediumId>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// The kinds of camera.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CameraKind {
     /// Perspective, with a thin lens if its radius is not zero.
     Perspective {
@@ -54,17 +59,19 @@ pub enum CameraKind {
 }
 
 /// Shape of a lens opening, on the unit disk.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ApertureDesc {
     /// Round.
     #[default]
     Disk,
     /// A polygon's corners in order.
-    Polygon(Vec<Vec2>),
+    Polygon(#[schemars(with = "Vec<[f32; 2]>")] Vec<Vec2>),
 }
 
 /// Mappings of the sphere of directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SphericalMapping {
     /// Equal-area octahedral [Clarberg2008], pbrt-v4's default.
     #[default]

@@ -1,9 +1,12 @@
 //! What the eye's light falls on.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{ColorSpaceName, Span};
 
 /// The film.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FilmDesc {
     /// Width and height in pixels.
     pub resolution: [u32; 2],
@@ -18,11 +21,12 @@ pub struct FilmDesc {
     /// Length of the diagonal in mm, for realistic cameras.
     pub diagonal_mm: f32,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// From radiance to pixel values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensorDesc {
     /// Name of the sensor; `cie1931` is the ideal one.
     pub name: String,
@@ -62,7 +66,8 @@ impl Default for FilmDesc {
 }
 
 /// Reconstruction filters, radii in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum FilterDesc {
     /// Constant.
     Box {

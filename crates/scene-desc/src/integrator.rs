@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::Span;
 
 /// The method that a file asks for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IntegratorDesc {
     /// Our name of it (`path` for pbrt's `volpath`).
     pub name: String,
@@ -18,11 +21,13 @@ pub struct IntegratorDesc {
     /// What else the file says, by our parameter names.
     pub parameters: BTreeMap<String, ParameterValue>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// A parameter of an integrator.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ParameterValue {
     /// Yes or no.
     Bool(bool),
@@ -35,7 +40,8 @@ pub enum ParameterValue {
 }
 
 /// How next-event estimation chooses a light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LightSelection {
     /// All alike.
     Uniform,
@@ -61,7 +67,7 @@ impl Default for IntegratorDesc {
 }
 
 /// Where samples come from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SamplerDesc {
     /// `sobol`, `independent` or `stratified`.
     pub name: String,
@@ -72,6 +78,7 @@ pub struct SamplerDesc {
     /// Seed of the randomness.
     pub seed: u64,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 

@@ -36,11 +36,14 @@ pub use texture::{
     TextureKind, TextureNode, WrapMode,
 };
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// Index newtypes: no bare number names a thing.
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {$(
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
         pub struct $name(pub u32);
         impl $name {
             /// As an index into its vector.
@@ -66,7 +69,7 @@ ids! {
 }
 
 /// All of a scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct SceneDesc {
     /// The eye.
     pub camera: CameraDesc,
@@ -95,6 +98,7 @@ pub struct SceneDesc {
     /// Repetitions of objects in the world.
     pub instances: Vec<InstanceDesc>,
     /// The names of the files that spans refer to.
+    #[serde(skip)]
     pub sources: SourceMap,
     /// A hash of every byte that was read to make this: the same scene, the same hash, on every machine.
     pub content_hash: u64,

@@ -1,5 +1,8 @@
 //! Lights.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use math::{AnimatedTransform, Vec3};
 
 use crate::{ImageId, MediumId, Span, SpectrumDesc, SphericalMapping};
@@ -8,7 +11,7 @@ use crate::{ImageId, MediumId, Span, SpectrumDesc, SphericalMapping};
 ///
 /// As in pbrt-v4 the spectrum is normalised to a luminance integral of one (an RGB value keeps its own size; the
 /// illuminant of its colour space is what is normalised), then scaled.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Illuminant {
     /// Its shape.
     pub spectrum: SpectrumDesc,
@@ -19,7 +22,7 @@ pub struct Illuminant {
 }
 
 /// A light that is not a surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LightDesc {
     /// What it is.
     pub kind: LightKind,
@@ -28,18 +31,21 @@ pub struct LightDesc {
     /// The medium around it.
     pub medium: Option<MediumId>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// The kinds of light. Positions and directions are in light space; `power` is the total emitted power that
 /// replaces the scale, as pbrt defines it for each kind.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum LightKind {
     /// From one point, evenly.
     Point {
         /// Radiant intensity.
         intensity: Illuminant,
         /// Where.
+        #[schemars(with = "[f32; 3]")]
         from: Vec3,
         /// Total power instead of intensity.
         power: Option<f32>,
@@ -49,8 +55,10 @@ pub enum LightKind {
         /// Radiant intensity on the axis.
         intensity: Illuminant,
         /// Where.
+        #[schemars(with = "[f32; 3]")]
         from: Vec3,
         /// What its axis passes through.
+        #[schemars(with = "[f32; 3]")]
         to: Vec3,
         /// Half angle of the cone, in degrees.
         cone_angle: f32,
@@ -64,8 +72,10 @@ pub enum LightKind {
         /// Irradiance on a surface facing it.
         radiance: Illuminant,
         /// Where it comes from.
+        #[schemars(with = "[f32; 3]")]
         from: Vec3,
         /// What it shines on.
+        #[schemars(with = "[f32; 3]")]
         to: Vec3,
         /// Irradiance instead of the scale (pbrt's `illuminance`).
         illuminance: Option<f32>,
@@ -89,6 +99,7 @@ pub enum LightKind {
         /// Illuminance of a horizontal surface instead of the scale.
         illuminance: Option<f32>,
         /// Corners of a window through which all of it comes, in world space (as in pbrt).
+        #[schemars(with = "Option<[[f32; 3]; 4]>")]
         portal: Option<[Vec3; 4]>,
     },
     /// A point light with an image of its directions (equal-area).
@@ -114,7 +125,7 @@ pub enum LightKind {
 }
 
 /// A surface that emits.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AreaLightDesc {
     /// Emitted radiance.
     pub radiance: Illuminant,
@@ -125,5 +136,6 @@ pub struct AreaLightDesc {
     /// Total power instead of radiance.
     pub power: Option<f32>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{
     FloatInput, ImageId, MaterialId, MetallicRoughnessDesc, PrincipledDesc, Span, SpectrumDesc, SpectrumInput,
 };
 
 /// A material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MaterialDesc {
     /// As the file names it; empty for an unnamed one.
     pub name: String,
@@ -20,6 +23,7 @@ pub struct MaterialDesc {
     /// The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs.
     pub opacity: Option<FloatInput>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
@@ -32,7 +36,8 @@ impl MaterialDesc {
 }
 
 /// How the normals of microfacets are distributed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Distribution {
     /// GGX (Trowbridge–Reitz), with long tails.
     #[default]
@@ -42,7 +47,7 @@ pub enum Distribution {
 }
 
 /// Width of a microfacet distribution along u and v.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Roughness {
     /// Along u.
     pub u: FloatInput,
@@ -73,7 +78,8 @@ impl Roughness {
 }
 
 /// What a conductor is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ConductorSpectrum {
     /// Complex index of refraction η + ik.
     EtaK {
@@ -87,7 +93,8 @@ pub enum ConductorSpectrum {
 }
 
 /// Index of refraction of a dielectric's inside over its outside.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum IndexOfRefraction {
     /// The same at every wavelength.
     Constant(f32),
@@ -96,7 +103,7 @@ pub enum IndexOfRefraction {
 }
 
 /// Factors on what a boundary reflects and transmits; `None` for one. They have no place in physics, but in files.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Tint {
     /// On specular reflection.
     pub reflectance: Option<SpectrumInput>,
@@ -105,7 +112,8 @@ pub struct Tint {
 }
 
 /// What colours a hair.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum HairColor {
     /// Absorption inside, per radius of the hair.
     Absorption(SpectrumInput),
@@ -121,7 +129,8 @@ pub enum HairColor {
 }
 
 /// How a subsurface material says what is under its surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SubsurfaceProfile {
     /// Named measured coefficients.
     Named(String),
@@ -142,7 +151,8 @@ pub enum SubsurfaceProfile {
 }
 
 /// The kinds of material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum MaterialKind {
     /// Lambert.
     Diffuse {

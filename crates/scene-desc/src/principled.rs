@@ -1,9 +1,12 @@
 //! Surfaces with an artist's parameters.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{FloatInput, IndexOfRefraction, SpectrumDesc, SpectrumInput};
 
 /// Disney's surface [Burley2012; Burley2015] as Mitsuba 3 has it in `principled` and `principledthin`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PrincipledDesc {
     /// Colour of diffuse reflection, of metal, and of what passes.
     pub base_color: SpectrumInput,
@@ -34,7 +37,7 @@ pub struct PrincipledDesc {
 }
 
 /// What only a sheet has.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThinSheet {
     /// The part of diffuse light that goes through, in [0, 2] as in Mitsuba: 1 is half to each side.
     pub diff_trans: FloatInput,
@@ -62,7 +65,7 @@ impl Default for PrincipledDesc {
 
 /// glTF 2.0's surface with the parameters of `KHR_materials_ior`, `_specular`, `_anisotropy`, `_sheen`,
 /// `_clearcoat`, `_transmission`, `_volume` and `_diffuse_transmission`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MetallicRoughnessDesc {
     /// Colour of diffuse reflection, of metal, and of what passes.
     pub base_color: SpectrumInput,

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use math::{AnimatedTransform, Vec2, Vec3};
 
 use crate::{AreaLightDesc, FloatInput, MaterialId, MediumInterface, ObjectId, Span};
 
 /// A surface with everything that belongs to it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct ShapeDesc {
     /// Its form, in object space.
     pub geometry: Geometry,
@@ -24,11 +27,13 @@ pub struct ShapeDesc {
     /// What is on both sides; `None` where it is no border of media.
     pub medium_interface: Option<MediumInterface>,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// Forms.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Geometry {
     /// Triangles.
     Mesh(Arc<MeshDesc>),
@@ -74,37 +79,45 @@ pub enum Geometry {
 }
 
 /// Triangles with shared vertices. Per-vertex arrays are empty or as long as `positions`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeshDesc {
     /// Vertices.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub positions: Vec<Vec3>,
     /// Shading normals; empty for flat shading.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub normals: Vec<Vec3>,
     /// Shading tangents.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub tangents: Vec<Vec3>,
     /// Texture coordinates; empty for (0,0), (1,0), (1,1) on every triangle.
+    #[schemars(with = "Vec<[f32; 2]>")]
     pub uvs: Vec<Vec2>,
     /// Corners of each triangle; every index is below `positions.len()`.
     pub indices: Vec<[u32; 3]>,
 }
 
 /// Bilinear patches with shared vertices.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BilinearMesh {
     /// Vertices.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub positions: Vec<Vec3>,
     /// Shading normals or empty.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub normals: Vec<Vec3>,
     /// Texture coordinates or empty.
+    #[schemars(with = "Vec<[f32; 2]>")]
     pub uvs: Vec<Vec2>,
     /// Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
     pub indices: Vec<[u32; 4]>,
 }
 
 /// A control mesh of a Loop subdivision surface.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopSubdiv {
     /// Control points.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub positions: Vec<Vec3>,
     /// Triangles.
     pub indices: Vec<[u32; 3]>,
@@ -113,7 +126,8 @@ pub struct LoopSubdiv {
 }
 
 /// How a curve faces rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum CurveKind {
     /// A flat strip turned to the ray.
     #[default]
@@ -125,20 +139,22 @@ pub enum CurveKind {
 }
 
 /// Strands made of cubic Bézier segments (readers convert B-splines and lower degrees).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveDesc {
     /// Four control points a segment.
+    #[schemars(with = "Vec<[[f32; 3]; 4]>")]
     pub segments: Vec<[Vec3; 4]>,
     /// How it faces rays.
     pub kind: CurveKind,
     /// Width at the strand's start and end.
     pub width: [f32; 2],
     /// Normals at segment ends, for ribbons: one more than segments.
+    #[schemars(with = "Vec<[f32; 3]>")]
     pub normals: Vec<Vec3>,
 }
 
 /// Shapes that instances repeat together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct ObjectDesc {
     /// As the file names it.
     pub name: String,
@@ -149,12 +165,13 @@ pub struct ObjectDesc {
 }
 
 /// A repetition of an object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct InstanceDesc {
     /// What.
     pub object: ObjectId,
     /// Where.
     pub world_from_object: AnimatedTransform,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }

@@ -2,8 +2,12 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// A spectrum, before anyone asks which role it plays.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SpectrumDesc {
     /// The same at every wavelength.
     Constant(f32),
@@ -31,7 +35,8 @@ impl SpectrumDesc {
 }
 
 /// The RGB colour spaces that files name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ColorSpaceName {
     /// sRGB / Rec. 709 primaries, D65.
     #[default]

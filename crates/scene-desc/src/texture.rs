@@ -2,12 +2,16 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use math::{Transform, Vec3};
 
 use crate::{ColorSpaceName, ImageId, Span, SpectrumDesc, TextureId};
 
 /// A number, or a texture of numbers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum FloatInput {
     /// The same everywhere.
     Constant(f32),
@@ -16,7 +20,8 @@ pub enum FloatInput {
 }
 
 /// A spectrum, or a texture of spectra.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum SpectrumInput {
     /// The same everywhere.
     Constant(SpectrumDesc),
@@ -37,7 +42,8 @@ impl From<SpectrumDesc> for SpectrumInput {
 }
 
 /// What a texture gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum TextureKind {
     /// Numbers.
     Float,
@@ -46,7 +52,8 @@ pub enum TextureKind {
 }
 
 /// An operand of a texture: of the texture's own kind, unless said otherwise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum TextureInput {
     /// A number (in a spectrum texture: that number at every wavelength).
     Float(f32),
@@ -57,7 +64,7 @@ pub enum TextureInput {
 }
 
 /// A texture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TextureDesc {
     /// As the file names it; empty for one made on the way.
     pub name: String,
@@ -66,6 +73,7 @@ pub struct TextureDesc {
     /// How.
     pub node: TextureNode,
     /// Where it was written.
+    #[serde(skip)]
     pub span: Span,
 }
 
@@ -74,7 +82,8 @@ pub struct TextureDesc {
     clippy::large_enum_variant,
     reason = "textures are few, and plain data is easier to make without boxes"
 )]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum TextureNode {
     /// The same everywhere.
     Constant(TextureInput),
@@ -101,6 +110,7 @@ pub enum TextureNode {
         /// Across `dir`.
         b: TextureInput,
         /// Unit direction in world space.
+        #[schemars(with = "[f32; 3]")]
         dir: Vec3,
     },
     /// Squares or cubes.
@@ -186,7 +196,7 @@ pub enum TextureNode {
 }
 
 /// An image file, held once however many textures use it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ImageDesc {
     /// Where it is.
     pub path: PathBuf,
@@ -195,11 +205,13 @@ pub struct ImageDesc {
     /// In which primaries, where the file does not say.
     pub space: ColorSpaceName,
     /// Who first asked for it.
+    #[serde(skip)]
     pub span: Span,
 }
 
 /// How an image's numbers become linear ones.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ImageEncoding {
     /// sRGB for integers, linear for floating point.
     #[default]
@@ -213,7 +225,8 @@ pub enum ImageEncoding {
 }
 
 /// What lies beyond an image's border.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum WrapMode {
     /// The image again.
     #[default]
@@ -227,7 +240,8 @@ pub enum WrapMode {
 }
 
 /// How an image is looked up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ImageFilter {
     /// Nearest pixel.
     Point,
@@ -241,7 +255,8 @@ pub enum ImageFilter {
 }
 
 /// From a surface point to (s, t).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Mapping2d {
     /// The surface's own u, v: `s = su u + du`.
     Uv {
@@ -259,8 +274,10 @@ pub enum Mapping2d {
         /// To texture space.
         texture_from_world: Transform,
         /// Axis of s.
+        #[schemars(with = "[f32; 3]")]
         vs: Vec3,
         /// Axis of t.
+        #[schemars(with = "[f32; 3]")]
         vt: Vec3,
         /// Shift of s and t.
         shift: [f32; 2],
