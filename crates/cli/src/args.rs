@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use lab::Metric;
+use lab::comparison::Entry;
+use render::Precision;
 
 /// Steradian: a physically based renderer.
 #[derive(Debug, Parser)]
@@ -28,6 +30,8 @@ pub(crate) enum Command {
     Integrators(IntegratorsArgs),
     /// Compare a picture with a reference
     Diff(DiffArgs),
+    /// Compare integrators on a scene at equal time or equal samples: figures, verdicts and a report
+    Compare(Box<CompareArgs>),
     /// Measure rays and paths per second on this machine
     Bench(BenchArgs),
     /// Walk one path again
@@ -91,6 +95,9 @@ pub(crate) struct RenderArgs {
     /// Render for this long, such as 30s, 2m or 1.5h, to the last whole pass
     #[arg(long, value_name = "TIME", value_parser = duration, group = "stop")]
     pub(crate) time: Option<Duration>,
+    /// Render until the relative error √relMSE is below this, with 95 % confidence, such as 1% (noise alone, not bias)
+    #[arg(long, value_name = "E", value_parser = precision, group = "stop")]
+    pub(crate) error: Option<Precision>,
     /// Render these passes only, half-open
     #[arg(long, value_name = "A..B", value_parser = passes, group = "stop")]
     pub(crate) passes: Option<Range<u32>>,
@@ -158,7 +165,55 @@ pub(crate) struct DiffArgs {
     /// Exit with 1 if a metric is above a value; may be repeated
     #[arg(long, value_name = "METRIC=VALUE", value_parser = threshold)]
     pub(crate) fail_above: Vec<(Metric, f64)>,
+    /// Write where the difference is seen here: FLIP errors, as colours (.png) or numbers (.exr, .pfm, .hdr)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<PathBuf>,
     /// Print one JSON object
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The methods: NAME or NAME:KEY=VALUE:KEY=VALUE, with commas between them
+    #[arg(long, value_name = "A,B,C", required = true, value_delimiter = ',', value_parser = entry)]
+    pub(crate) integrators: Vec<Entry>,
+    /// Let each run render for this long, such as 10s (default: 5s)
+    #[arg(long, value_name = "TIME", value_parser = duration, group = "budget")]
+    pub(crate) time: Option<Duration>,
+    /// Let each run take so many samples in each pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true, group = "budget")]
+    pub(crate) spp: Option<u32>,
+    /// Runs of each method, with different seeds: intervals come from their spread
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) seeds: u32,
+    /// The first seed
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// The true picture (default: one is rendered and kept); EXR files may bring their variance
+    #[arg(long, value_name = "FILE")]
+    pub(crate) reference: Option<PathBuf>,
+    /// The method that renders the reference, as in --integrators
+    #[arg(long, value_name = "A", default_value = "path", value_parser = entry, conflicts_with = "reference")]
+    pub(crate) reference_integrator: Entry,
+    /// Render the reference until its estimated relMSE is below this
+    #[arg(long, value_name = "X", default_value_t = 1e-4, conflicts_with = "reference")]
+    pub(crate) reference_error: f64,
+    /// But not longer than this
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s", conflicts_with = "reference")]
+    pub(crate) reference_time: Duration,
+    /// Keep references here (default: steradian/references in the user's cache folder)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+    /// The folder for report.html, comparison.json and the pictures; it is made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Say nothing but warnings and errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Print all figures as one JSON object at the end
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -214,6 +269,18 @@ fn crop(s: &str) -> Result<[i32; 4], String> {
 
 fn pixel(s: &str) -> Result<[i32; 2], String> {
     numbers(s, ',').ok_or("expected X,Y, such as 120,45".into())
+}
+
+/// `1%` or `0.01`.
+fn precision(s: &str) -> Result<Precision, String> {
+    let (number, unit) = s.strip_suffix('%').map_or((s, 1.0), |n| (n, 0.01));
+    let target = number.trim().parse::<f64>().ok().map(|x| x * unit);
+    let target = target.filter(|t| t.is_finite() && *t > 0.0);
+    target.map(|target| Precision { target }).ok_or("expected an error above zero, such as 1% or 0.01".into())
+}
+
+fn entry(s: &str) -> Result<Entry, String> {
+    Entry::parse(s)
 }
 
 fn threads(s: &str) -> Result<NonZero<usize>, String> {

@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod compare;
 mod diff;
 mod exit;
 mod info;
@@ -42,6 +43,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>
         Command::Info(args) => info::run(args),
         Command::Integrators(args) => integrators::run(args),
         Command::Diff(args) => diff::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Replay(args) => replay::run(args),
     };

@@ -60,8 +60,11 @@ pub(crate) fn run(args: &RenderArgs) -> Done {
     let mut bar = Bar::new(!args.quiet, interrupt.cancel.clone());
     interrupt.rendering();
     let mut on_event = |event: render::Event<'_>| bar.on(event);
-    let stop = stop(args, scene);
-    let outcome = job.render(&stop, checkpoint.as_ref(), &workers, &interrupt.cancel, &mut on_event);
+    let (checkpoint, cancel) = (checkpoint.as_ref(), &interrupt.cancel);
+    let outcome = match args.error {
+        Some(precision) => job.render_until(precision, checkpoint, &workers, cancel, &mut on_event),
+        None => job.render(&stop(args, scene), checkpoint, &workers, cancel, &mut on_event),
+    };
     bar.end();
     let outcome = outcome?;
 

@@ -331,3 +331,50 @@ fn a_replayed_path_is_the_one_of_the_render() {
     let far = steradian(folder.path(), &["replay", "ball.pbrt", "--pixel", "500,5", "--pass", "0"]);
     assert!(far.code == 2 && far.all().contains("outside of the film"), "{}", far.all());
 }
+
+#[test]
+fn error_ends_when_the_picture_is_precise_and_gives_the_same_bits_again() {
+    let folder = Folder::new();
+    let coarse = folder.rendered(&["--error", "20%", "-o", "a.exr", "--json"]);
+    let fine = folder.rendered(&["--error", "0.01", "-o", "b.exr", "--json"]);
+    let spp = |a: &Answer| a.json()["spp"].as_u64().unwrap();
+    assert!(8 <= spp(&coarse) && spp(&coarse) < spp(&fine), "{} {}", spp(&coarse), spp(&fine));
+    folder.rendered(&["--error", "20%", "-o", "c.exr", "--threads", "1"]);
+    assert_eq!(folder.bytes("a.exr"), folder.bytes("c.exr"));
+    assert!(fine.json()["relmse_estimate"].as_f64().unwrap() < 0.01 * 0.01);
+}
+
+#[test]
+fn compare_writes_a_report_that_stands_alone_and_finds_agreement() {
+    let folder = Folder::new();
+    let compare = |methods: &str, out: &str| {
+        let answer = steradian(
+            folder.path(),
+            &["compare", "ball.pbrt", "--integrators", methods, "--spp", "16", "--seeds", "3", "-o", out]
+                .into_iter()
+                .chain(["--cache", "kept", "--reference-error", "2e-3", "--json"])
+                .collect::<Vec<_>>(),
+        );
+        assert_eq!(answer.code, 0, "{}", answer.all());
+        answer.json()
+    };
+    let json = compare("path,bdpt,path:mis=false", "out");
+    assert_eq!(json["methods"].as_array().unwrap().len(), 3);
+    let verdicts = json["agreements"].as_array().unwrap();
+    assert_eq!(verdicts.len(), 6, "three pairs, and each against the reference");
+    assert!(verdicts.iter().all(|a| a["verdict"]["agrees"] == true), "{verdicts:?}");
+    for method in json["methods"].as_array().unwrap() {
+        let slope = method["slope"]["samples"]["value"].as_f64().unwrap();
+        assert!(slope < -0.7, "Sobol points fall as fast as independent ones or faster: {slope}");
+    }
+    let page = String::from_utf8(folder.bytes("out/report.html")).unwrap();
+    assert!(page.contains("ball") && page.contains("path:mis=false") && !page.contains("{{"));
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http"), "opens without a network");
+    assert!(folder.file("out/bdpt.exr").exists() && folder.file("out/path_mis=false.exr").exists());
+
+    // One bounce less is another picture, and the verdict says so; the reference is not made again.
+    let kept = fs::read_dir(folder.file("kept")).unwrap().count();
+    let json = compare("path,path:max_depth=1", "out2");
+    assert_eq!(json["agreements"][0]["verdict"]["agrees"], false);
+    assert_eq!((kept, fs::read_dir(folder.file("kept")).unwrap().count()), (1, 1));
+}

@@ -18,7 +18,7 @@ fn here(args: &[&str]) -> common::Answer {
 #[test]
 fn help_is_what_the_contract_says() {
     insta::assert_snapshot!("help", here(&["--help"]).all());
-    for command in ["render", "merge", "info", "integrators", "diff", "bench", "replay"] {
+    for command in ["render", "merge", "info", "integrators", "diff", "compare", "bench", "replay"] {
         let answer = here(&[command, "--help"]);
         assert_eq!(answer.code, 0);
         insta::assert_snapshot!(format!("help-{command}"), answer.stdout);
@@ -28,14 +28,14 @@ fn help_is_what_the_contract_says() {
 #[test]
 fn what_is_not_there_yet_is_not_in_the_help() {
     let help = here(&["--help"]).stdout + &here(&["render", "--help"]).stdout;
-    for word in ["view", "--denoise", "--error", "FLIP"] {
+    for word in ["view", "--denoise"] {
         assert!(!help.contains(word), "{word}");
     }
 }
 
 #[test]
 fn bad_usage_is_status_2_and_says_what_was_expected() {
-    let wrong: [(&[&str], &str); 12] = [
+    let wrong: [(&[&str], &str); 14] = [
         (&[], "Usage"),
         (&["paint"], "paint"),
         (&["render"], "SCENE"),
@@ -47,6 +47,8 @@ fn bad_usage_is_status_2_and_says_what_was_expected() {
         (&["render", "a.pbrt", "--crop", "9,9,3,3"], "X0 must be below X1"),
         (&["render", "a.pbrt", "--set", "depth"], "NAME=VALUE"),
         (&["render", "a.pbrt", "--resume"], "--checkpoint"),
+        (&["render", "a.pbrt", "--error", "0%"], "1% or 0.01"),
+        (&["compare", "a.pbrt", "--integrators", "path:mis", "-o", "x"], "NAME:KEY=VALUE"),
         (&["diff", "a.exr", "b.exr", "--fail-above", "psnr=3"], "there is no metric `psnr`"),
     ];
     for (args, expected) in wrong {

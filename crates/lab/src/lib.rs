@@ -1,5 +1,9 @@
-//! The laboratory: how far a picture is from another one.
+//! The laboratory: how far a picture is from another one, and which method gets there soonest.
 
+pub mod comparison;
+pub mod flip;
 mod metrics;
+mod report;
 
 pub use metrics::{Metric, MetricError, Metrics, compare};
+pub use report::page;

@@ -8,7 +8,8 @@
 //! | MAPE             | `|x − r| / (|r| + ε)`   | mean over channels and pixels       |
 //! | SMAPE            | `2 |x − r| / (|x| + |r| + ε)` | the same                        |
 //!
-//! with `ε = 0.01`. Sums are in double precision and in the order of the pixels. Left out: FLIP.
+//! with `ε = 0.01`. Sums are in double precision and in the order of the pixels. FLIP needs to know which pixels are
+//! neighbours: [`crate::flip`]; its mean may be put beside the others.
 
 use std::fmt;
 use std::str::FromStr;
@@ -33,6 +34,9 @@ pub struct Metrics {
     pub mape: f64,
     /// Symmetric mean absolute relative error; a share, not per cent.
     pub smape: f64,
+    /// Mean FLIP error, where somebody asked for it: [`crate::flip`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flip: Option<f64>,
     /// Mean R, G, B of the picture.
     pub mean: [f64; 3],
     /// Mean R, G, B of the reference.
@@ -41,6 +45,25 @@ pub struct Metrics {
     pub pixels: u64,
     /// Pixels with a value that is not finite, in either picture. They are left out of all the rest.
     pub non_finite: u64,
+}
+
+impl Metrics {
+    /// Nothing is known.
+    pub(crate) fn unknown() -> Self {
+        let nan = f64::NAN;
+        Self {
+            mse: nan,
+            relmse: nan,
+            trimmed_relmse: nan,
+            mape: nan,
+            smape: nan,
+            flip: None,
+            mean: [nan; 3],
+            mean_reference: [nan; 3],
+            pixels: 0,
+            non_finite: 0,
+        }
+    }
 }
 
 /// A metric by name, for thresholds.
@@ -56,11 +79,14 @@ pub enum Metric {
     Mape,
     /// [`Metrics::smape`].
     Smape,
+    /// [`Metrics::flip`].
+    Flip,
 }
 
 impl Metric {
     /// All of them, in the order of the table above.
-    pub const ALL: [Self; 5] = [Self::Mse, Self::RelMse, Self::TrimmedRelMse, Self::Mape, Self::Smape];
+    pub const ALL: [Self; 6] =
+        [Self::Mse, Self::RelMse, Self::TrimmedRelMse, Self::Mape, Self::Smape, Self::Flip];
 
     /// Its name on the command line.
     #[must_use]
@@ -71,10 +97,11 @@ impl Metric {
             Self::TrimmedRelMse => "trimmed_relmse",
             Self::Mape => "mape",
             Self::Smape => "smape",
+            Self::Flip => "flip",
         }
     }
 
-    /// Its value.
+    /// Its value; not a number where it was not computed.
     #[must_use]
     pub fn of(self, metrics: &Metrics) -> f64 {
         match self {
@@ -83,6 +110,7 @@ impl Metric {
             Self::TrimmedRelMse => metrics.trimmed_relmse,
             Self::Mape => metrics.mape,
             Self::Smape => metrics.smape,
+            Self::Flip => metrics.flip.unwrap_or(f64::NAN),
         }
     }
 }
@@ -146,6 +174,7 @@ pub fn compare(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Result<Metrics, 
         trimmed_relmse: trimmed_mean(&mut relative),
         mape: sums.absolute / values,
         smape: sums.symmetric / values,
+        flip: None,
         mean: mean(sums.picture),
         mean_reference: mean(sums.reference),
         pixels: pixels as u64,
@@ -197,7 +226,7 @@ mod tests {
     fn equal_pictures_have_no_distance() {
         let p = [[0.25, 0.0, 3.0], [1.0, 2.0, 1e6]];
         let m = compare(&p, &p).unwrap();
-        assert!(Metric::ALL.iter().all(|k| k.of(&m) == 0.0));
+        assert!(Metric::ALL.iter().all(|k| k.of(&m) == 0.0 || *k == Metric::Flip));
         assert_eq!((m.pixels, m.non_finite), (2, 0));
     }
 
@@ -258,6 +287,6 @@ mod tests {
     fn names_are_read_back() {
         assert!(Metric::ALL.iter().all(|m| m.name().parse() == Ok(*m)));
         assert_eq!("relMSE".parse(), Ok(Metric::RelMse));
-        assert!("flip".parse::<Metric>().unwrap_err().contains("smape"));
+        assert!("psnr".parse::<Metric>().unwrap_err().contains("smape"));
     }
 }

@@ -94,6 +94,16 @@ impl<'s> Job<'s> {
         self.film
     }
 
+    /// Gives the film away and goes on with an empty one: passes that are rendered next can be looked at by themselves, and
+    /// [`Film::merge`] adds them up again.
+    ///
+    /// # Errors
+    /// There is no memory for another film.
+    pub fn take_film(&mut self) -> Result<Film, Error> {
+        let empty = Film::new(self.film.settings().clone())?;
+        Ok(std::mem::replace(&mut self.film, empty))
+    }
+
     /// Renders what `stop` asks for and the film does not have yet, with checkpoints if wanted.
     ///
     /// # Errors
@@ -178,6 +188,21 @@ pub struct Outcome {
     pub passes_resumed: u64,
     /// Why the last checkpoint was not written. The film is complete all the same.
     pub checkpoint_error: Option<Error>,
+}
+
+impl Outcome {
+    /// This run and then another one of the same job.
+    pub(crate) fn and(self, next: Self) -> Self {
+        let mut counters = self.report.counters;
+        counters.add(&next.report.counters);
+        let report = RunReport {
+            passes: self.report.passes + next.report.passes,
+            elapsed: self.report.elapsed + next.report.elapsed,
+            counters,
+            cancelled: next.report.cancelled,
+        };
+        Self { report, passes_resumed: self.passes_resumed, checkpoint_error: next.checkpoint_error }
+    }
 }
 
 /// A path that was walked again.

@@ -106,6 +106,13 @@ impl Moments {
         (self.variance() / self.n as f64).sqrt()
     }
 
+    /// The mean with its standard error.
+    #[must_use]
+    pub fn estimate(&self) -> MeanEstimate {
+        let degrees_of_freedom = (self.n.max(2) - 1) as f64;
+        MeanEstimate { mean: self.mean, std_error: self.std_error(), degrees_of_freedom }
+    }
+
     /// The interval that holds the mean with probability `confidence`, if it is nearly normal. Infinite below two numbers.
     #[must_use]
     pub fn mean_interval(&self, confidence: f64) -> [f64; 2] {
@@ -134,10 +141,51 @@ pub fn t_test(m: &Moments, mu: f64) -> TestResult {
 /// Have both the same mean, whatever their variances [Welch1947]?
 #[must_use]
 pub fn welch_test(a: &Moments, b: &Moments) -> TestResult {
-    let (va, vb) = (a.std_error().powi(2), b.std_error().powi(2));
-    let (na, nb) = ((a.n.max(2) - 1) as f64, (b.n.max(2) - 1) as f64);
-    let df = if va + vb > 0.0 { (va + vb).powi(2) / (va * va / na + vb * vb / nb) } else { na + nb };
-    from_difference(a.mean() - b.mean(), (va + vb).sqrt(), df, a.mean().abs().max(b.mean().abs()))
+    a.estimate().compare(&b.estimate())
+}
+
+/// A mean with what is known of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanEstimate {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Of the standard error; infinite if that is known.
+    pub degrees_of_freedom: f64,
+}
+
+impl MeanEstimate {
+    /// From batch means `x` of batches of size `w`, each `(x, w)`: the variance of a batch mean is in proportion to 1/w.
+    /// Below two batches the standard error is infinite.
+    #[must_use]
+    pub fn of_batches(batches: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let total: f64 = batches.clone().map(|(_, w)| w).sum();
+        let mean = batches.clone().map(|(x, w)| x * w).sum::<f64>() / total;
+        let squares: f64 = batches.clone().map(|(x, w)| w * (x - mean) * (x - mean)).sum();
+        let degrees_of_freedom = batches.count() as f64 - 1.0;
+        let std_error = match degrees_of_freedom > 0.0 {
+            true => (squares / degrees_of_freedom / total).sqrt(),
+            false => f64::INFINITY,
+        };
+        Self { mean, std_error, degrees_of_freedom: degrees_of_freedom.max(1.0) }
+    }
+
+    /// Have both the same mean [Welch1947]?
+    #[must_use]
+    pub fn compare(&self, other: &Self) -> TestResult {
+        let (va, vb) = (self.std_error.powi(2), other.std_error.powi(2));
+        let (na, nb) = (self.degrees_of_freedom, other.degrees_of_freedom);
+        let df = match va + vb > 0.0 {
+            true => (va + vb).powi(2) / (va * va / na + vb * vb / nb),
+            false => na + nb,
+        };
+        if (va + vb).is_infinite() {
+            return TestResult { statistic: 0.0, p_value: 1.0 };
+        }
+        let scale = self.mean.abs().max(other.mean.abs());
+        from_difference(self.mean - other.mean, (va + vb).sqrt(), df, scale)
+    }
 }
 
 /// Is the mean `mu`, with a standard error that is known or comes from very many numbers?
@@ -431,5 +479,36 @@ mod tests {
         let bent = log_log_fit(&[(1.0, 1.0), (e, e), (e * e, 1.0)]);
         assert!(bent.slope.abs() < 1e-12 && (bent.slope_std_error - (1.0 / 3.0_f64).sqrt()).abs() < 1e-12);
         assert_eq!(log_log_fit(&exact[..2]).slope_std_error, f64::INFINITY);
+    }
+
+    #[test]
+    fn batches_of_one_size_are_a_sample() {
+        let xs = [1.0, 4.0, 2.0, 7.0];
+        let batches = MeanEstimate::of_batches(xs.iter().map(|&x| (x, 5.0)));
+        let moments = Moments::of(xs).estimate();
+        assert!((batches.mean - moments.mean).abs() < 1e-12);
+        assert!((batches.std_error - moments.std_error).abs() < 1e-12);
+        assert_eq!(batches.degrees_of_freedom, moments.degrees_of_freedom);
+        let one = MeanEstimate::of_batches([(1.0, 1.0)].into_iter());
+        assert_eq!(one.compare(&moments).p_value, 1.0, "one batch says nothing");
+    }
+
+    /// Sums of w numbers with deviation 1 are batches whose means have the deviation 1/√w.
+    #[test]
+    fn batches_of_any_size_give_the_error_of_the_whole() {
+        let uniform = |i: u64| math::hash::mix64(i) as f64 / u64::MAX as f64;
+        let mut next = 0;
+        let batches: Vec<(f64, f64)> = (0..4000)
+            .map(|b| {
+                let size = 1 << (b % 7);
+                let sum: f64 = (next..next + size).map(uniform).sum();
+                next += size;
+                (sum / size as f64, size as f64)
+            })
+            .collect();
+        let estimate = MeanEstimate::of_batches(batches.into_iter());
+        let expected = (1.0 / 12.0 / next as f64).sqrt();
+        assert!((estimate.std_error / expected - 1.0).abs() < 0.05);
+        assert!((estimate.mean - 0.5).abs() < 5.0 * expected);
     }
 }

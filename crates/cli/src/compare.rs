@@ -1,0 +1,204 @@
+//! `steradian compare`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lab::comparison::{self, Budget, Comparison, Pictures, Plan, Step, Truth};
+use render::Event;
+use std::io::IsTerminal;
+
+use crate::args::CompareArgs;
+use crate::exit::{Done, Failure, Status};
+use crate::interrupt::Interrupt;
+use crate::{diff, load, messages};
+
+/// What each run may spend, if nothing is said.
+const DEFAULT_TIME: Duration = Duration::from_secs(5);
+
+pub(crate) fn run(args: &CompareArgs) -> Done {
+    fs::create_dir_all(&args.output)
+        .map_err(|e| Failure::input(format!("cannot make the folder {}: {e}", args.output.display())))?;
+    render::check_writable(&args.output.join("report.html"))?;
+    let truth = truth(args)?;
+    let interrupt = Interrupt::install()?;
+    let workers = load::workers(&args.scene)?;
+    let opened = load::open(&args.scene, &[], &workers)?;
+    let plan = Plan {
+        entries: args.integrators.clone(),
+        budget: args.spp.map_or(Budget::Time(args.time.unwrap_or(DEFAULT_TIME)), Budget::Samples),
+        seeds: (0..u64::from(args.seeds)).map(|i| args.seed.wrapping_add(i)).collect(),
+        truth,
+    };
+
+    // Compare.
+    let teller = Teller::new(!args.quiet);
+    interrupt.rendering();
+    let mut on_step = |step: Step<'_>| teller.on(step);
+    let compared = comparison::run(&plan, &opened.scene, &workers, &interrupt.cancel, &mut on_step);
+    teller.bar.finish_and_clear();
+    let compared = compared.map_err(|e| match e {
+        comparison::Error::Render(e) => e.into(),
+        comparison::Error::Interrupted => Failure::failed(e),
+        e => Failure::input(e),
+    })?;
+
+    // Save.
+    let outputs = save(args, &compared)?;
+    if args.json {
+        messages::json(&compared);
+    } else if !args.quiet {
+        print(&compared);
+        outputs.iter().for_each(|path| messages::say(&format!("wrote {}", path.display())));
+    }
+    let stopped = interrupt.cancel.urgency() > render::Urgency::None;
+    Ok(if stopped { Status::Interrupted } else { Status::Done })
+}
+
+fn truth(args: &CompareArgs) -> Result<Truth, Failure> {
+    if let Some(path) = &args.reference {
+        let picture = diff::load(path)?;
+        let name = path.display().to_string();
+        return Ok(Truth::Picture { name, rgb: picture.rgb, variance: picture.variance });
+    }
+    let cache = args.cache.clone().or_else(user_cache);
+    let cache = cache.filter(|folder| match fs::create_dir_all(folder) {
+        Ok(()) => true,
+        Err(e) => {
+            messages::warning(&format!("the reference is not kept: cannot make {}: {e}", folder.display()));
+            false
+        }
+    });
+    Ok(Truth::Render {
+        method: args.reference_integrator.method.clone(),
+        relmse: args.reference_error,
+        time: args.reference_time,
+        cache,
+    })
+}
+
+/// `$XDG_CACHE_HOME/steradian/references`, or the same in `~/.cache`.
+fn user_cache() -> Option<PathBuf> {
+    let given = std::env::var_os("XDG_CACHE_HOME").filter(|v| !v.is_empty()).map(PathBuf::from);
+    let home = || std::env::var_os("HOME").filter(|v| !v.is_empty()).map(|h| PathBuf::from(h).join(".cache"));
+    given.or_else(home).map(|cache| cache.join("steradian").join("references"))
+}
+
+/// Says which run is on.
+struct Teller {
+    bar: ProgressBar,
+}
+
+impl Teller {
+    fn new(wanted: bool) -> Self {
+        let bar = ProgressBar::new_spinner();
+        if !wanted || !std::io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        bar.set_style(
+            ProgressStyle::with_template("{spinner} {msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_spinner()),
+        );
+        Self { bar }
+    }
+
+    fn on(&self, step: Step<'_>) {
+        match step {
+            Step::Reference => self.bar.set_message("reference"),
+            Step::Trial { label, number, of } => {
+                self.bar.set_message(format!("run {number} of {of}: {label}"))
+            }
+            Step::Event(Event::Warning(text)) => self.bar.suspend(|| messages::warning(text)),
+            Step::Event(_) => self.bar.tick(),
+        }
+    }
+}
+
+/// The report, the figures and every picture; each whole or not at all.
+fn save(args: &CompareArgs, compared: &Comparison) -> Result<Vec<PathBuf>, Failure> {
+    let title = args.scene.scene.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let folder =
+        args.scene.scene.parent().and_then(Path::file_name).map(|s| s.to_string_lossy().into_owned());
+    let title = match (title.as_str(), folder) {
+        ("scene" | "scene-v4" | "scene-v3" | "scene_v3" | "index", Some(folder)) => folder,
+        _ => title,
+    };
+    let page = lab::page(compared, &title, &command()).map_err(Failure::failed)?;
+    let json = serde_json::to_string_pretty(compared).map_err(Failure::failed)?;
+    let mut outputs = Vec::new();
+    let mut write = |name: &str, text: &str| {
+        let path = args.output.join(name);
+        outputs.push(path.clone());
+        image::write_atomically(&path, text.as_bytes()).map_err(Failure::failed)
+    };
+    write("report.html", &page)?;
+    write("comparison.json", &json)?;
+    for pictures in std::iter::once(&compared.truth).chain(&compared.pictures) {
+        let path = args.output.join(format!("{}.exr", file_name(&pictures.label)));
+        render::save_picture(&path, &picture(pictures, compared.size)?, 0.0)?;
+        outputs.push(path);
+    }
+    Ok(outputs)
+}
+
+fn picture(pictures: &Pictures, [width, height]: [usize; 2]) -> Result<image::Image, Failure> {
+    let rgb = || ["R", "G", "B"].map(str::to_owned).to_vec();
+    let of =
+        |values: &[[f32; 3]]| image::Image::from_data(width, height, rgb(), values.as_flattened().to_vec());
+    let mut picture = of(&pictures.rgb).map_err(Failure::failed)?;
+    let variance = of(&pictures.variance).map_err(Failure::failed)?;
+    picture.append("variance.", &variance).map_err(Failure::failed)?;
+    Ok(picture)
+}
+
+/// A label as a file's name.
+fn file_name(label: &str) -> String {
+    label.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.=".contains(c) { c } else { '_' }).collect()
+}
+
+/// What was typed.
+fn command() -> String {
+    let quote = |a: String| if a.contains(' ') { format!("'{a}'") } else { a };
+    let args = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
+    std::iter::once("steradian".to_owned()).chain(args).collect::<Vec<_>>().join(" ")
+}
+
+fn print(compared: &Comparison) {
+    let r = &compared.reference;
+    let noise =
+        r.relmse.map_or("of unknown noise".to_owned(), |n| format!("whose own relMSE is about {n:.1e}"));
+    messages::say(&format!("reference: {}, {noise}", r.name));
+    messages::say(&format!(
+        "{:<24}{:>8}{:>9}{:>11}{:>11}{:>8}{:>13}{:>8}",
+        "method", "spp", "seconds", "relMSE", "trimmed", "FLIP", "efficiency", "slope"
+    ));
+    for m in &compared.methods {
+        let slope = m.slope.map_or("–".to_owned(), |s| format!("{:.2}", s.samples.value));
+        messages::say(&format!(
+            "{:<24}{:>8.0}{:>9.2}{:>11.2e}{:>11.2e}{:>8.3}{:>13.3e}{:>8}",
+            m.label,
+            m.spp,
+            m.seconds,
+            m.relmse.value,
+            m.trimmed_relmse.value,
+            m.flip,
+            m.efficiency.value,
+            slope
+        ));
+    }
+    for a in &compared.agreements {
+        let v = &a.verdict;
+        let verdict = if v.agrees { "agree" } else { "differ" };
+        messages::say(&format!(
+            "{} and {} {verdict}: worst tile {},{}: |t| = {:.2}, p = {:.1e}, {:+.2} %",
+            a.a,
+            a.b,
+            v.tile[0],
+            v.tile[1],
+            v.statistic,
+            v.p_value,
+            100.0 * v.difference
+        ));
+    }
+}
