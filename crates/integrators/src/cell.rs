@@ -61,14 +61,25 @@ pub struct Channels {
     pub splats: Vec<String>,
 }
 
+/// What [`Integrator::prepare`] did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Prepared {
+    /// For the report.
+    pub counters: Counters,
+    /// Something that the person should know, such as a limit that was reached; told once, the render goes on.
+    pub warning: Option<String>,
+}
+
 /// A light transport algorithm.
 ///
 /// `render` calls [`Integrator::prepare`] before a pass (alone), then [`Integrator::cell`] for every cell of it from
 /// many threads. Both are pure functions of scene, settings, seed and pass.
 pub trait Integrator: Send + Sync {
-    /// Builds what the pass reads (photon map, virtual lights, …). Most need nothing.
-    fn prepare(&mut self, ctx: PassContext<'_>) {
+    /// Builds what the pass reads (photon map, virtual lights, …), on the threads of the current rayon pool; what it
+    /// builds must not depend on their number. Most need nothing.
+    fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
         let _ = ctx;
+        Prepared::default()
     }
 
     /// Does a pass need [`Integrator::prepare`]? Then whole passes are the unit of work.

@@ -14,10 +14,12 @@ mod direct;
 mod light;
 mod mlt;
 mod path;
+mod photon;
 mod recursive;
 mod registry;
+mod sppm;
 mod strategy_layer;
 
-pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext};
+pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
 pub use registry::{IntegratorInfo, Making, create, find, list};
 pub use strategy_layer::StrategyLayer;

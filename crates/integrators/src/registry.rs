@@ -4,7 +4,7 @@ use scene::Scene;
 use scene_desc::{ParameterValue, SamplerDesc};
 
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
-use crate::{Integrator, ao, bdpt, direct, light, mlt, path, recursive};
+use crate::{Integrator, ao, bdpt, direct, light, mlt, path, photon, recursive, sppm};
 
 /// What a person and the command line need to know of an integrator.
 pub struct IntegratorInfo {
@@ -36,7 +36,17 @@ pub struct Making<'a> {
 /// All integrators, in the order in which they are taught.
 #[must_use]
 pub fn list() -> &'static [IntegratorInfo] {
-    &[ao::INFO, direct::INFO, recursive::INFO, path::INFO, light::INFO, bdpt::INFO, mlt::INFO]
+    &[
+        ao::INFO,
+        direct::INFO,
+        recursive::INFO,
+        path::INFO,
+        light::INFO,
+        bdpt::INFO,
+        photon::INFO,
+        sppm::INFO,
+        mlt::INFO,
+    ]
 }
 
 /// An integrator by name.

@@ -2,7 +2,7 @@
 
 use film::{BadKind, Film, FilmSettings, Filter, RenderKey, Sign};
 use integrators::parameters::{ParameterInfo, ParameterKind};
-use integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext};
+use integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext, Prepared};
 use math::Bounds2i;
 use scene::Scene;
 use scene_desc::{FilterDesc, IntegratorDesc, LightSelection, ParameterValue};
@@ -49,8 +49,8 @@ impl Passes for Bound<'_> {
         self.integrator.prepares()
     }
 
-    fn prepare(&mut self, pass: u32) {
-        self.integrator.prepare(PassContext { scene: self.scene, pass });
+    fn prepare(&mut self, pass: u32) -> Prepared {
+        self.integrator.prepare(PassContext { scene: self.scene, pass })
     }
 
     fn light_blocks(&self) -> u32 {

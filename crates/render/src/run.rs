@@ -9,7 +9,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::Duration;
 
 use film::{Film, PassBuffer};
-use integrators::{Cell, CellOutput, Counters};
+use integrators::{Cell, CellOutput, Counters, Prepared};
 
 use crate::cells;
 use crate::events::{Cancel, Event};
@@ -24,7 +24,7 @@ pub trait Passes: Send + Sync {
     fn prepares(&self) -> bool;
 
     /// Builds what the pass reads.
-    fn prepare(&mut self, pass: u32);
+    fn prepare(&mut self, pass: u32) -> Prepared;
 
     /// Blocks of light paths in a pass.
     fn light_blocks(&self) -> u32;
@@ -93,7 +93,7 @@ pub fn run(
         cells,
         workers,
         buffers,
-        schedule: Mutex::new(State { schedule, panicked: false, error: None }),
+        schedule: Mutex::new(State { schedule, panicked: false, error: None, warnings: Vec::new() }),
         list,
         passes: RwLock::new(passes),
         work: Condvar::new(),
@@ -130,6 +130,8 @@ pub(crate) struct State {
     pub(crate) schedule: Schedule,
     pub(crate) panicked: bool,
     pub(crate) error: Option<film::Error>,
+    /// What was not told yet.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl State {
@@ -173,7 +175,7 @@ impl Shared<'_> {
 
     fn perform(&self, task: &Task, out: &mut CellOutput) {
         match task {
-            Task::Open(i) => self.open(*i),
+            Task::Open(i) => self.open(*i, &mut out.counters),
             Task::Cell(i, cell) => self.cell(*i, self.cells[*cell], out),
             Task::Fold(i, blocks) => self.fold(*i, blocks.clone()),
             Task::Wait | Task::Exit => {}
@@ -184,14 +186,17 @@ impl Shared<'_> {
         &self.buffers[i as usize % self.buffers.len()]
     }
 
-    fn open(&self, i: u32) {
+    fn open(&self, i: u32, counters: &mut Counters) {
         let pass = self.list.number(i);
         self.buffer(i).write().unwrap_or_else(PoisonError::into_inner).begin(pass);
         let prepares = self.passes.read().unwrap_or_else(PoisonError::into_inner).prepares();
         if prepares {
             let mut guard = self.passes.write().unwrap_or_else(PoisonError::into_inner);
             let passes: &mut dyn Passes = &mut **guard;
-            self.workers.install(|| passes.prepare(pass));
+            let prepared = self.workers.install(|| passes.prepare(pass));
+            drop(guard);
+            *counters = prepared.counters;
+            self.lock().warnings.extend(prepared.warning);
         }
     }
 

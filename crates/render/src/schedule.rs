@@ -126,7 +126,7 @@ impl Schedule {
             Task::Open(_) => {
                 self.opened += 1;
                 self.opening = false;
-                self.works.push_back(Works::default());
+                self.works.push_back(Works { counters: *counters, ..Works::default() });
                 true
             }
             Task::Cell(pass, _) => {

@@ -24,6 +24,7 @@ pub(crate) struct Watch<'a, 'c> {
     start: Instant,
     told: Option<Instant>,
     saved: Instant,
+    warned: Vec<String>,
     cancelled: Urgency,
 }
 
@@ -37,7 +38,18 @@ impl<'a, 'c> Watch<'a, 'c> {
         let at_least = u32::from(shared.film.passes().is_empty());
         let start = Instant::now();
         let cancelled = Urgency::None;
-        Self { shared, control, of_passes, limit, at_least, start, told: None, saved: start, cancelled }
+        Self {
+            shared,
+            control,
+            of_passes,
+            limit,
+            at_least,
+            start,
+            told: None,
+            saved: start,
+            warned: Vec::new(),
+            cancelled,
+        }
     }
 
     /// Looks and tells until all is done.
@@ -49,6 +61,7 @@ impl<'a, 'c> Watch<'a, 'c> {
             let wait = wait.max(Duration::from_millis(1));
             state = self.shared.news.wait_timeout(state, wait).unwrap_or_else(PoisonError::into_inner).0;
             self.look(&mut state);
+            state = self.warn(state);
             if self.is_time_to_tell() {
                 let progress = self.progress(&state);
                 drop(state);
@@ -59,7 +72,24 @@ impl<'a, 'c> Watch<'a, 'c> {
                 state = self.save(state);
             }
         }
+        state = self.warn(state);
         self.end(state)
+    }
+
+    /// Tells what workers have to say, everything once.
+    fn warn(&mut self, mut state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+        if state.warnings.is_empty() {
+            return state;
+        }
+        let warnings = std::mem::take(&mut state.warnings);
+        drop(state);
+        for warning in warnings {
+            if !self.warned.contains(&warning) {
+                (self.control.on_event)(Event::Warning(&warning));
+                self.warned.push(warning);
+            }
+        }
+        self.shared.lock()
     }
 
     /// Has the person or the clock something to say?

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use film::{Film, FilmSettings, Filter, PassSet};
-use integrators::{Cell, CellOutput, Counters};
+use integrators::{Cell, CellOutput, Counters, Prepared};
 use math::Bounds2i;
 use math::hash::{combine, unit_f32};
 use steradian_render::{Cancel, Checkpointer, Control, Event, Passes, RunReport, Stop, Workers, run};
@@ -43,9 +43,10 @@ impl Passes for Noise {
         self.prepares
     }
 
-    fn prepare(&mut self, pass: u32) {
+    fn prepare(&mut self, pass: u32) -> Prepared {
         self.brightness = random(&[pass]);
         self.prepared.lock().unwrap().push(pass);
+        Prepared { counters: Counters { rays: 1, ..Counters::default() }, warning: Some("odd".to_owned()) }
     }
 
     fn light_blocks(&self) -> u32 {
@@ -244,7 +245,9 @@ fn a_panic_in_a_worker_reaches_the_caller() {
         fn prepares(&self) -> bool {
             false
         }
-        fn prepare(&mut self, _: u32) {}
+        fn prepare(&mut self, _: u32) -> Prepared {
+            Prepared::default()
+        }
         fn light_blocks(&self) -> u32 {
             0
         }
@@ -258,6 +261,17 @@ fn a_panic_in_a_worker_reaches_the_caller() {
         run(&mut Bug, &film, &Stop::Passes(0..1000), &workers(3), control).map(|r| r.passes)
     });
     assert!(caught.is_err());
+}
+
+#[test]
+fn what_is_prepared_counts_and_warns_once() {
+    let film = film(Filter::pixel_box(), false);
+    let mut warnings = 0;
+    let mut on_event = |e: Event<'_>| warnings += u32::from(matches!(e, Event::Warning("odd")));
+    let control = Control { cancel: Cancel::default(), checkpoint: None, on_event: &mut on_event };
+    let mut n = Noise { prepares: true, ..noise() };
+    let report = run(&mut n, &film, &Stop::Passes(0..5), &workers(2), control).unwrap();
+    assert_eq!((report.counters.rays, warnings), (5, 1));
 }
 
 #[test]

@@ -143,6 +143,8 @@ impl LobeFlags {
     /// Refraction, or straight passage.
     pub const SPECULAR_TRANSMISSION: Self = Self(32);
 
+    /// Every lobe that follows Lambert's law.
+    pub const DIFFUSE: Self = Self(1 | 2);
     /// Every lobe that is a delta.
     pub const SPECULAR: Self = Self(16 | 32);
     /// Every lobe through the surface.

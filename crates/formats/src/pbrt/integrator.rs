@@ -142,14 +142,16 @@ impl Build<'_, '_> {
     }
 
     fn sppm(&mut self, p: &Params, parameters: &mut BTreeMap<String, ParameterValue>) {
-        let radius = p.float("radius", 1.0, self.report);
-        if radius <= 0.0 {
-            let at = p.span_of("radius").unwrap_or_default();
-            self.report.error(at, format!("\"radius\" is {radius}")).hint("it must be above 0");
+        // Without one, ours follows from the width of a pixel.
+        if let Some(radius) = p.float_opt("radius", self.report) {
+            if radius <= 0.0 {
+                let at = p.span_of("radius").unwrap_or_default();
+                self.report.error(at, format!("\"radius\" is {radius}")).hint("it must be above 0");
+            }
+            parameters.insert("radius".into(), ParameterValue::Float(radius.into()));
         }
-        parameters.insert("radius".into(), ParameterValue::Float(radius.into()));
         if let Some((n, _)) = p.integer_opt("photonsperiteration", self.report).filter(|n| n.0 > 0) {
-            parameters.insert("photons_per_pass".into(), ParameterValue::Integer(n.into()));
+            parameters.insert("photons".into(), ParameterValue::Integer(n.into()));
         }
         p.accept(&[("seed", Type::Integer)]);
     }

@@ -1,17 +1,26 @@
 //! What the algorithms share.
 
+mod density;
 mod direct;
 mod directions;
 mod ends;
+mod neighbours;
+#[allow(dead_code, reason = "vcm, which comes next, reads the densities")]
+mod photons;
 mod pixel_loop;
 mod roulette;
+mod shared;
 mod subpath;
 
+pub(crate) use density::{Estimate, Gathered, KERNEL, Kernel, RADIUS, RADIUS_PIXELS, Radius, Search};
 pub(crate) use direct::{DirectLight, LightStrategy, infinite_light_pdf, light_pdf};
-pub(crate) use directions::DirectionSampling;
+pub(crate) use directions::{DirectionSample, DirectionSampling};
 pub(crate) use ends::{
     CameraStart, LightStart, camera_densities, connect_to_eye, direct_density, emission_densities, place_of,
 };
+pub(crate) use neighbours::{Near, Neighbours};
+pub(crate) use photons::{Emission, Emitted, Keeper, LightPath, MEMORY, Photon, PhotonMap, Photons};
 pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
 pub(crate) use roulette::Roulette;
+pub(crate) use shared::Shared;
 pub(crate) use subpath::{Leaving, Place, Start, Subpath, Vertex, Walk};

@@ -6,6 +6,7 @@ use scene::Scene;
 use scene_desc::SamplerDesc;
 use spectrum::{Spectrum, Wavelengths};
 
+use super::Shared;
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
 
 /// A path that starts at the eye.
@@ -26,6 +27,11 @@ pub(crate) struct PathOutput<'a> {
 
 /// Estimates the radiance that arrives along camera rays.
 pub(crate) trait CameraEstimator: Send + Sync {
+    /// Wavelengths and moment that all paths of the pass have; `None`: each its own.
+    fn shared(&self) -> Option<Shared> {
+        None
+    }
+
     /// Radiance along the path's ray. Dispersion may end its secondary wavelengths.
     fn radiance(
         &self,
@@ -57,12 +63,18 @@ impl<E: CameraEstimator> PixelLoop<E> {
         let scene = ctx.scene;
         let u = sampler.pixel_2d();
         let raster = [pixel[0] as f32 + u[0], pixel[1] as f32 + u[1]];
-        let wl = match scene.settings().spectral {
-            true => Wavelengths::sample_visible(sampler.next_1d()),
-            false => Wavelengths::RGB,
+        let shared = self.estimator.shared();
+        let wl = match (shared, scene.settings().spectral) {
+            (Some(shared), _) => shared.wl,
+            (None, true) => Wavelengths::sample_visible(sampler.next_1d()),
+            (None, false) => Wavelengths::RGB,
         };
         let u_lens = if scene.camera.has_lens() { sampler.next_2d() } else { [0.5; 2] };
-        let u_time = if scene.camera.has_shutter() { sampler.next_1d() } else { 0.0 };
+        let u_time = match shared {
+            Some(shared) => shared.u_time,
+            None if scene.camera.has_shutter() => sampler.next_1d(),
+            None => 0.0,
+        };
 
         out.counters.camera_paths += 1;
         let mut rgb = [0.0; 3];

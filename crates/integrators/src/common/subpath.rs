@@ -98,6 +98,13 @@ impl Vertex {
         }
     }
 
+    /// `f |cos θ|` towards `w`, from where photons come, over the cosine by which they are counted.
+    pub(crate) fn gather(&self, w: Dir) -> Spectrum {
+        let cos_g = self.si.ng.abs_dot(w);
+        let scattered = self.scatter(w, TransportMode::Radiance);
+        if cos_g > 0.0 { scattered * (1.0 / cos_g) } else { Spectrum::ZERO }
+    }
+
     /// How a walk that came from `back` leaves along `on`, deltas left out. The mode is that walk's.
     pub(crate) fn leaving(&self, back: Dir, on: Dir, mode: TransportMode) -> Leaving {
         let (wo, wi) = (self.shading.frame.to_local(back), self.shading.frame.to_local(on));

@@ -65,6 +65,12 @@ impl PixelDifferentials {
         };
         Footprint { dpdx: change(0), dpdy: change(1), ..Footprint::default() }
     }
+
+    /// See [`super::Camera::pixel_width`].
+    pub(super) fn width(&self, distance: f32) -> f32 {
+        let along = |axis: usize| (self.origin[axis] + self.dir[axis] * distance).length();
+        along(0).max(along(1))
+    }
 }
 
 fn keep_shorter(least: &mut Vec3, v: Vec3) {

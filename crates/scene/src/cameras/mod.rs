@@ -289,6 +289,12 @@ impl Camera {
         let pose = self.placement.at(time);
         self.differentials.footprint(pose.as_ref(), p, n)
     }
+
+    /// How wide a pixel is at `p`, across the line of sight, at the least over the film, in units of the scene.
+    #[must_use]
+    pub fn pixel_width(&self, p: Point, time: f32) -> f32 {
+        self.differentials.width((p - self.position(time)).length())
+    }
 }
 
 impl Projection {

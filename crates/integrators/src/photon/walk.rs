@@ -1,0 +1,310 @@
+//! Walks from the eye that gather photons.
+//!
+//! A walk goes on over deltas and over rough surfaces without a diffuse lobe; it gathers at the first surface that has
+//! one. Every path from a light to the eye is found in one way only, by its scattering events as seen from the eye:
+//!
+//! | events                                        | how it is found                                      |
+//! |-----------------------------------------------|------------------------------------------------------|
+//! | deltas alone                                  | the walk meets the emitter                           |
+//! | …, rough or diffuse                           | light sample at the last, weighted against the walk  |
+//! | …, rough or diffuse, deltas                   | caustic photons at the last that is no delta         |
+//! | deltas and rough, diffuse, some that are no deltas, … | photons at the first diffuse, or final gathering |
+//!
+//! (With the raw density estimate, photons at the first diffuse surface stand for all that arrives there.)
+
+use std::collections::BinaryHeap;
+
+use math::Ray;
+use sampling::mis::Heuristic;
+use sampling::{Pdf, Sampler, SolidAngle};
+use scatter::{LobeFlags, TransportMode};
+use scene::{LightContext, Scene, SurfaceInteraction};
+use spectrum::{Spectrum, Wavelengths};
+
+use crate::Counters;
+use crate::common::{
+    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Estimate, Gathered, Kernel,
+    LightStrategy, Near, PathOutput, PhotonMap, Radius, Roulette, Search, Shared, Vertex, infinite_light_pdf,
+    light_pdf,
+};
+
+/// What a walk does at the first diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtDiffuse {
+    /// All photons, light that comes straight from lamps included: the raw density estimate.
+    Raw,
+    /// Photons that were scattered before; lamps by light samples.
+    Photons,
+    /// Rays, which gather where they end; caustics by photons, lamps by light samples.
+    Rays(u32),
+}
+
+/// The estimator: what it gathers from, and how.
+pub(crate) struct GatherWalk {
+    pub(crate) max_depth: u32,
+    pub(crate) roulette: Roulette,
+    pub(crate) at_diffuse: AtDiffuse,
+    pub(crate) kernel: Kernel,
+    pub(crate) radius: Radius,
+    /// So many photons at the most; zero: all within the radius.
+    pub(crate) nearest: usize,
+    /// Of this pass.
+    pub(crate) shared: Shared,
+    pub(crate) global: PhotonMap,
+    /// Caustic photons alone; `None`: they are those of the global map.
+    pub(crate) caustic: Option<PhotonMap>,
+}
+
+/// How an emitter that the walk meets next counts.
+#[derive(Clone, Copy)]
+enum Before {
+    /// In full: nothing but deltas so far.
+    Deltas,
+    /// Against a light sample from there; so many light samples and directions share the work.
+    Rival(LightContext, Pdf<SolidAngle>, [u32; 2]),
+    /// Not at all: photons stand for it.
+    Photons,
+}
+
+/// A walk on its way.
+#[derive(Clone, Copy)]
+struct State {
+    ray: Ray,
+    throughput: Spectrum,
+    eta_scale: f32,
+    depth: u32,
+    before: Before,
+    /// It is one of the rays of final gathering.
+    is_gathering: bool,
+}
+
+/// What a walk writes to.
+struct Output<'a> {
+    sum: Gathered,
+    wl: &'a mut Wavelengths,
+    sampler: &'a mut Sampler,
+    counters: &'a mut Counters,
+    found: BinaryHeap<Near>,
+}
+
+const STRATEGY: LightStrategy = LightStrategy::Mis(Heuristic::Power);
+
+impl CameraEstimator for GatherWalk {
+    fn shared(&self) -> Option<Shared> {
+        Some(self.shared)
+    }
+
+    fn radiance(
+        &self,
+        scene: &Scene,
+        path: &mut CameraPath,
+        sampler: &mut Sampler,
+        out: &mut PathOutput<'_>,
+    ) -> Spectrum {
+        let mut output = Output {
+            sum: Gathered::default(),
+            wl: &mut path.wl,
+            sampler,
+            counters: &mut *out.counters,
+            found: BinaryHeap::with_capacity(self.nearest),
+        };
+        let state = State {
+            ray: path.ray,
+            throughput: Spectrum::ONE,
+            eta_scale: 1.0,
+            depth: 0,
+            before: Before::Deltas,
+            is_gathering: false,
+        };
+        self.walk(scene, state, &mut output);
+        let sum = output.sum;
+        sum.radiance(&path.wl)
+    }
+}
+
+impl GatherWalk {
+    fn walk(&self, scene: &Scene, mut on: State, out: &mut Output<'_>) {
+        loop {
+            out.counters.rays += 1;
+            let Some(hit) = scene.intersect(&on.ray) else {
+                for &light in scene.lights.infinite() {
+                    let le = scene.lights.infinite_emitted(light, on.ray.dir, out.wl);
+                    let weight = on.before.weight(|from| infinite_light_pdf(scene, from, light, on.ray.dir));
+                    out.sum.add(on.throughput * le * weight, false);
+                }
+                return;
+            };
+            let si = scene.interaction(&on.ray, &hit);
+            if let (Some(light), Some(le)) = (si.light, scene.emitted(&si, si.wo, out.wl)) {
+                let weight = on.before.weight(|from| light_pdf(scene, from, light, &si));
+                out.sum.add(on.throughput * le * weight, false);
+            }
+            let Some(shading) = scene.shade(&si, out.wl) else {
+                // A border of media is no scattering event.
+                on.ray = si.spawn_ray(on.ray.dir);
+                continue;
+            };
+            if on.depth >= self.max_depth {
+                return;
+            }
+            let vertex = Vertex {
+                si,
+                shading,
+                throughput: on.throughput,
+                forward: 0.0,
+                reverse: 0.0,
+                is_delta: false,
+            };
+            if !self.scatter(scene, &vertex, &mut on, out) {
+                return;
+            }
+        }
+    }
+
+    /// Collects what arrives at a surface and goes on; false if the walk ends.
+    fn scatter(&self, scene: &Scene, vertex: &Vertex, on: &mut State, out: &mut Output<'_>) -> bool {
+        let flags = vertex.shading.bsdf.flags();
+        let is_diffuse = flags.intersects(LobeFlags::DIFFUSE);
+        let is_smooth = vertex.is_connectible();
+        let gathers_all = is_diffuse && (on.is_gathering || self.at_diffuse == AtDiffuse::Raw);
+        let n_rays = match self.at_diffuse {
+            AtDiffuse::Rays(n) if is_diffuse && !on.is_gathering => n,
+            AtDiffuse::Rays(_) | AtDiffuse::Photons | AtDiffuse::Raw => 0,
+        };
+
+        // Light of lamps, then photons: all, those that were scattered, or those of caustics.
+        let counts = [1, n_rays.max(1)];
+        if is_smooth && !gathers_all {
+            let here = DirectLight {
+                scene,
+                si: &vertex.si,
+                shading: &vertex.shading,
+                directions: DirectionSampling::Bsdf,
+                counts,
+            };
+            let direct = here.sample(STRATEGY, out.sampler, out.wl, out.counters);
+            out.sum.add(on.throughput * direct, false);
+        }
+        if is_smooth {
+            let only_caustics = !is_diffuse || n_rays > 0;
+            self.gather(scene, vertex, on, (only_caustics, !gathers_all), out);
+        }
+        for _ in 0..n_rays {
+            self.gather_by_ray(scene, vertex, on, counts, out);
+        }
+
+        // Go on. A diffuse surface ends the walk, but for its delta lobes and a look for the lamp.
+        let wo = vertex.shading.frame.to_local(vertex.si.wo);
+        let sampler = &mut *out.sampler;
+        let Some(s) =
+            DirectionSampling::Bsdf.sample(&vertex.shading.bsdf, wo, sampler, TransportMode::Radiance)
+        else {
+            return false;
+        };
+        if s.pdf.is_some() && is_diffuse {
+            if !gathers_all && n_rays == 0 {
+                self.look_for_lamp(scene, vertex, on, &s, out);
+            }
+            return false;
+        }
+        on.follow(vertex, &s, counts);
+        match self.roulette.survive(on.depth, on.throughput, on.eta_scale, out.sampler.next_1d()) {
+            Some(paid) => on.throughput *= paid,
+            None => return false,
+        }
+        true
+    }
+
+    /// Photons at a surface: `only_caustics`, or `only_scattered` before, or all.
+    fn gather(
+        &self,
+        scene: &Scene,
+        vertex: &Vertex,
+        on: &State,
+        (only_caustics, only_scattered): (bool, bool),
+        out: &mut Output<'_>,
+    ) {
+        let radius = self.radius.at(scene, vertex.si.p, vertex.si.time);
+        let map = self.caustic.as_ref().filter(|_| only_caustics).unwrap_or(&self.global);
+        let search = match self.nearest {
+            0 => Search::Radius(radius),
+            k => Search::Nearest(k, radius),
+        };
+        // One event here, so many before and after.
+        let left = self.max_depth.saturating_sub(on.depth).saturating_sub(1);
+        let estimate = Estimate { map, kernel: self.kernel, search };
+        let sum = estimate.radiance(vertex, &mut out.found, |photon| {
+            let is_wanted = match (only_caustics, only_scattered) {
+                (true, _) => photon.is_caustic(),
+                (false, true) => photon.depth() > 0,
+                (false, false) => true,
+            };
+            is_wanted && photon.depth() <= left
+        });
+        out.sum.add_scaled(&sum, on.throughput);
+    }
+
+    /// One ray of final gathering.
+    fn gather_by_ray(
+        &self,
+        scene: &Scene,
+        vertex: &Vertex,
+        on: &State,
+        counts: [u32; 2],
+        out: &mut Output<'_>,
+    ) {
+        let wo = vertex.shading.frame.to_local(vertex.si.wo);
+        let sampler = &mut *out.sampler;
+        let s = DirectionSampling::Bsdf.sample(&vertex.shading.bsdf, wo, sampler, TransportMode::Radiance);
+        // Deltas are followed by the walk itself.
+        let Some(s) = s.filter(|s| s.pdf.is_some()) else { return };
+        let mut ray = State { is_gathering: true, ..*on };
+        ray.follow(vertex, &s, counts);
+        ray.throughput *= 1.0 / counts[1] as f32;
+        self.walk(scene, ray, out);
+    }
+
+    /// Does the direction that was drawn find a lamp, which the light sample shares with it?
+    fn look_for_lamp(
+        &self,
+        scene: &Scene,
+        vertex: &Vertex,
+        on: &State,
+        s: &DirectionSample,
+        out: &mut Output<'_>,
+    ) {
+        let mut look = State { ..*on };
+        look.follow(vertex, s, [1, 1]);
+        // A walk that may not scatter.
+        look.depth = self.max_depth;
+        self.walk(scene, look, out);
+    }
+}
+
+impl State {
+    /// Leaves a surface.
+    fn follow(&mut self, vertex: &Vertex, s: &DirectionSample, counts: [u32; 2]) {
+        let si: &SurfaceInteraction = &vertex.si;
+        self.throughput *= s.weight;
+        self.eta_scale *= s.eta * s.eta;
+        self.depth += 1;
+        self.before = match (s.pdf, self.before) {
+            (Some(pdf), _) => Before::Rival(si.light_context(), pdf, counts),
+            (None, Before::Deltas) => Before::Deltas,
+            (None, Before::Rival(..) | Before::Photons) => Before::Photons,
+        };
+        self.ray = si.spawn_ray(vertex.shading.frame.to_world(s.wi));
+    }
+}
+
+impl Before {
+    fn weight(&self, light_pdf: impl Fn(&LightContext) -> Pdf<SolidAngle>) -> f32 {
+        match self {
+            Self::Deltas => 1.0,
+            Self::Photons => 0.0,
+            Self::Rival(from, pdf, [n_light, n_direction]) => {
+                Heuristic::Power.weight(*pdf * *n_direction as f32, light_pdf(from) * *n_light as f32)
+            }
+        }
+    }
+}
