@@ -441,8 +441,8 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: a grey diffuse surface stands in for it
     a.pbrt:8:1: warning: ptex textures are not supported
       hint: a constant 0.5 stands in for it
-    a.pbrt:9:1: warning: medium "smoke" is not rendered yet
-      hint: it is treated as empty space
+    a.pbrt:9:1: warning: medium "smoke" of type "nanovdb" is not supported
+      hint: it is treated as empty space; a "uniformgrid" can hold the same values
     a.pbrt:10:24: warning: a portal for light without an image is not supported
       hint: the light comes from everywhere, not only through the portal
     a.pbrt:13:1: warning: a shape of material "interface" cannot emit

@@ -11,7 +11,7 @@ use spectrum::{Spectrum, Wavelengths};
 use crate::Integrator;
 use crate::common::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_media};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -19,6 +19,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "ambient occlusion: how open the sky above each point is; needs no lights",
     misses: "everything but openness: it is no light transport",
     unbiased: true,
+    refuses: refuses_media,
     parameters,
     make,
 };

@@ -14,11 +14,11 @@ use scene::{LightContext, Scene, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop, Tools,
     infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::{Counters, Integrator};
 
 /// For the registry.
@@ -27,6 +27,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "light straight from emitters, by any of the classical densities",
     misses: "everything that is scattered more than once",
     unbiased: true,
+    refuses: refuses_media,
     parameters,
     make,
 };
@@ -110,6 +111,7 @@ impl CameraEstimator for Direct {
             scene,
             si: &si,
             shading: &shading,
+            medium: None,
             directions: self.directions,
             counts: [self.light_samples, self.direction_samples],
         };
@@ -250,7 +252,8 @@ impl DirectLight<'_> {
         match self.scene.lights.sample(light, &ctx, u, wl) {
             Some(s) if matches!(s.density, Density::Delta { .. }) => {
                 let once = Self { counts: [1, 1], ..*self };
-                once.contribution(&ctx, &s, chosen, LightStrategy::Alone, counters)
+                let mut tools = Tools { sampler, wl, counters };
+                once.contribution(&ctx, &s, chosen, LightStrategy::Alone, &mut tools)
             }
             _ => Spectrum::ZERO,
         }

@@ -26,9 +26,18 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "random walks from the lights, connected to the eye: caustics on diffuse surfaces",
     misses: "what is seen in mirrors and through smooth glass; far surfaces that light paths seldom meet are noisy",
     unbiased: true,
+    refuses: refuses_glowing_media,
     parameters,
     make,
 };
+
+/// No walk starts in a medium.
+fn refuses_glowing_media(scene: &Scene) -> Option<&'static str> {
+    scene
+        .media
+        .any_emits()
+        .then_some("its walks do not start in media that glow; path, bdpt and mlt find their light")
+}
 
 fn parameters() -> Vec<ParameterInfo> {
     vec![shared::MAX_DEPTH, shared::RR_DEPTH]
@@ -114,9 +123,12 @@ impl LightTracing {
         };
         walk.run(&light.start, sampler, &mut wl, &mut out.counters, path);
         for vertex in path.vertices.iter().filter(|v| v.is_connectible()) {
-            let u_lens = if scene.camera.has_lens() { sampler.next_2d() } else { [0.5; 2] };
-            let Some(eye) = connect_to_eye(scene, vertex, u_lens, &mut out.counters) else { continue };
-            let value = vertex.throughput * vertex.scatter(eye.wi, TransportMode::Importance) * eye.weight;
+            let tools = (&mut *sampler, &wl);
+            let Some((eye, through)) = connect_to_eye(scene, vertex, tools, &mut out.counters) else {
+                continue;
+            };
+            let scattered = vertex.scatter(eye.wi, TransportMode::Importance);
+            let value = vertex.throughput * scattered * through * eye.weight;
             out.splats.add(eye.raster, scene.film_rgb(value, &wl));
         }
     }

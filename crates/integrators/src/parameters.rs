@@ -89,6 +89,14 @@ pub enum ParameterError {
         /// What it takes.
         expected: String,
     },
+    /// The scene has something that the integrator cannot render.
+    #[error("integrator `{integrator}` cannot render this scene: {reason}")]
+    Refused {
+        /// Which.
+        integrator: String,
+        /// What, and which integrators can.
+        reason: &'static str,
+    },
     /// No such integrator.
     #[error("there is no integrator `{name}`; there are {known}")]
     NoIntegrator {

@@ -4,20 +4,23 @@
 //! Cannot find: light that reaches the eye only over a delta surface from a delta light (caustics of point lights),
 //! and in practice hardly any caustic of a small lamp. `bdpt`, `photon`, `sppm` and `vcm` do.
 //!
+//! Through media by free flights (see `scene::Media`), with next-event estimation by the phase function at every
+//! collision. Weights compare densities of directions alone; transmittances are left out of both sides.
+//!
 //! Without `shadow_rays` the walk alone finds emitters; delta lights are then invisible and contribute nothing.
 
 use math::Ray;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Bsdf, TransportMode};
-use scene::{LightContext, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, PathOutput, PixelLoop,
-    Roulette, infinite_light_pdf, light_pdf, sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, MediumPoint, PathOutput,
+    PixelLoop, Roulette, Tools, direct_in_medium, infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::{Counters, Integrator};
 
 /// For the registry.
@@ -26,6 +29,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "global illumination by random walks from the eye; the robust default",
     misses: "caustics of point lights and of mirrors' delta reflections of them; small caustics converge slowly",
     unbiased: true,
+    refuses: refuses_nothing,
     parameters,
     make,
 };
@@ -88,6 +92,8 @@ pub(crate) struct Walker<'a> {
     pub(crate) counters: &'a mut Counters,
     /// Where it goes next.
     pub(crate) ray: Ray,
+    /// What the ray starts in.
+    pub(crate) medium: Option<MediumId>,
     /// Scattering events so far.
     pub(crate) depth: u32,
     pub(crate) throughput: Spectrum,
@@ -97,6 +103,16 @@ pub(crate) struct Walker<'a> {
     previous: Previous,
     /// The last surface, if light that it gets from others of its class was had by the shortcut.
     shortcut_from: Option<(SurfaceInteraction, Shading)>,
+}
+
+/// How a flight through a medium ends.
+enum Event {
+    /// At a surface, or nowhere.
+    None,
+    /// In the medium; the walk goes on.
+    Scattered,
+    /// The walk does not go on.
+    End,
 }
 
 /// Where the walk came from: what a light sample there would have competed with.
@@ -169,6 +185,7 @@ impl<'a> Walker<'a> {
             sampler,
             counters,
             ray,
+            medium: scene.camera_medium(),
             depth: 0,
             throughput: Spectrum::ONE,
             radiance: Spectrum::ZERO,
@@ -183,9 +200,17 @@ impl<S: Shortcut> Path<S> {
     /// Walks from where the walk is, to its end.
     pub(crate) fn walk(&self, walk: &mut Walker<'_>) {
         loop {
-            // Nearest surface; a path that leaves the scene may find the sky.
+            // Nearest surface, unless a medium scatters before; a path that leaves the scene may find the sky.
             walk.counters.rays += 1;
-            let Some(hit) = walk.scene.intersect(&walk.ray) else {
+            let hit = walk.scene.intersect(&walk.ray);
+            if let Some(medium) = walk.medium {
+                match self.fly(walk, medium, hit.map_or(f32::INFINITY, |h| h.t)) {
+                    Event::None => {}
+                    Event::Scattered => continue,
+                    Event::End => return,
+                }
+            }
+            let Some(hit) = hit else {
                 walk.radiance += walk.throughput * self.sky(walk);
                 return;
             };
@@ -195,6 +220,7 @@ impl<S: Shortcut> Path<S> {
             walk.radiance += walk.throughput * self.emission(walk, &si);
             let Some(shading) = walk.scene.shade(&si, walk.wl) else {
                 // A border of media is no scattering event.
+                walk.medium = walk.scene.medium_after(&si, walk.ray.dir, walk.medium);
                 walk.ray = si.spawn_ray(walk.ray.dir);
                 continue;
             };
@@ -202,6 +228,45 @@ impl<S: Shortcut> Path<S> {
                 return;
             }
         }
+    }
+
+    /// Through a medium up to the distance `end`. Where no event may follow, what gets through is had without chance.
+    fn fly(&self, walk: &mut Walker<'_>, medium: MediumId, end: f32) -> Event {
+        let ray = Ray { t_max: end, ..walk.ray };
+        let (media, sampler) = (&walk.scene.media, &mut *walk.sampler);
+        let flight = match walk.depth >= self.max_depth {
+            true => media.pass(medium, &ray, walk.wl, &mut || sampler.next_1d()),
+            false => media.fly(medium, &ray, walk.throughput, walk.wl, &mut || sampler.next_1d()),
+        };
+        walk.radiance += walk.throughput * flight.emitted;
+        walk.throughput *= flight.factor;
+        if walk.throughput.is_black() {
+            return Event::End;
+        }
+        let Some(t) = flight.scatters_at else { return Event::None };
+        let point = MediumPoint::new(walk.scene, &ray, t, medium);
+
+        // Next-event estimation.
+        if let Some(strategy) = self.lights {
+            let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
+            walk.radiance += walk.throughput * direct_in_medium(walk.scene, &point, strategy, &mut tools);
+        }
+
+        // Continue the walk.
+        let s = point.phase.sample(point.wo, walk.sampler.next_2d());
+        walk.depth += 1;
+        walk.previous.rival = Some((point.light_context(), s.pdf));
+        walk.shortcut_from = None;
+        walk.ray = point.spawn_ray(s.wi);
+        if self.survives(walk) { Event::Scattered } else { Event::End }
+    }
+
+    /// Russian roulette.
+    fn survives(&self, walk: &mut Walker<'_>) -> bool {
+        let u = walk.sampler.next_1d();
+        let paid = self.roulette.survive(walk.depth, walk.throughput, walk.eta_scale, u);
+        walk.throughput *= paid.unwrap_or(0.0);
+        paid.is_some()
     }
 
     /// Light that the surface scatters towards where the walk came from, and the way on; false if there is none.
@@ -216,8 +281,14 @@ impl<S: Shortcut> Path<S> {
         if let Some(strategy) = self.lights
             && !shading.bsdf.is_delta_only()
         {
-            let here =
-                DirectLight { scene: walk.scene, si, shading, directions: self.directions, counts: [1, 1] };
+            let here = DirectLight {
+                scene: walk.scene,
+                si,
+                shading,
+                medium: walk.medium,
+                directions: self.directions,
+                counts: [1, 1],
+            };
             let strategy = if goes_on { strategy } else { LightStrategy::Alone };
             walk.radiance += walk.throughput * here.sample(strategy, walk.sampler, walk.wl, walk.counters);
         }
@@ -234,12 +305,10 @@ impl<S: Shortcut> Path<S> {
         walk.depth += 1;
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
         walk.shortcut_from = (shortcut && s.pdf.is_some()).then_some((*si, *shading));
-        walk.ray = si.spawn_ray(shading.frame.to_world(s.wi));
-
-        let u = walk.sampler.next_1d();
-        let paid = self.roulette.survive(walk.depth, walk.throughput, walk.eta_scale, u);
-        walk.throughput *= paid.unwrap_or(0.0);
-        paid.is_some()
+        let dir = shading.frame.to_world(s.wi);
+        walk.medium = walk.scene.medium_after(si, dir, walk.medium);
+        walk.ray = si.spawn_ray(dir);
+        self.survives(walk)
     }
 
     /// What the shortcut at the last surface left of the light from this one; false if nothing.

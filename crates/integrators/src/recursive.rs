@@ -18,7 +18,7 @@ use crate::common::{
     Roulette, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::{Counters, Integrator};
 
 /// For the registry.
@@ -27,6 +27,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "distribution ray tracing: several rays at every hit, as the theory begins",
     misses: "what path misses; and its cost explodes with depth unless the branching is 1",
     unbiased: true,
+    refuses: refuses_media,
     parameters,
     make,
 };
@@ -157,6 +158,7 @@ impl Recursive {
                 scene: walk.scene,
                 si,
                 shading: &shading,
+                medium: None,
                 directions: self.directions,
                 counts: [1, 1],
             };

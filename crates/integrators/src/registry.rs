@@ -16,6 +16,8 @@ pub struct IntegratorInfo {
     pub misses: &'static str,
     /// Is its expected value the right image?
     pub unbiased: bool,
+    /// What of a scene it cannot render, in a sentence that names an integrator that can; `None`: it renders all of it.
+    pub refuses: fn(&Scene) -> Option<&'static str>,
     /// What can be set.
     pub parameters: fn() -> Vec<ParameterInfo>,
     /// Makes one from checked parameters.
@@ -31,6 +33,16 @@ pub struct Making<'a> {
     pub sampler: &'a SamplerDesc,
     /// Seed of all randomness.
     pub seed: u64,
+}
+
+/// For integrators that render every scene.
+pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
+    None
+}
+
+/// For integrators that know surfaces alone.
+pub(crate) fn refuses_media(scene: &Scene) -> Option<&'static str> {
+    scene.has_media().then_some("it does not render participating media; path, light, bdpt and mlt do")
 }
 
 /// All integrators, in the order in which they are taught.
@@ -64,7 +76,7 @@ pub fn find(name: &str) -> Result<&'static IntegratorInfo, ParameterError> {
 /// names every setting ([`Parameters::canonical`]).
 ///
 /// # Errors
-/// No such integrator, no such parameter, or a value not of its kind.
+/// No such integrator, no such parameter, a value not of its kind, or a scene that the integrator cannot render.
 pub fn create<'a>(
     name: &str,
     given: impl IntoIterator<Item = (&'a str, &'a ParameterValue)>,
@@ -72,5 +84,8 @@ pub fn create<'a>(
 ) -> Result<(Box<dyn Integrator>, String), ParameterError> {
     let info = find(name)?;
     let parameters = Parameters::new(name, &(info.parameters)(), given)?;
+    if let Some(reason) = (info.refuses)(making.scene) {
+        return Err(ParameterError::Refused { integrator: name.to_owned(), reason });
+    }
     Ok(((info.make)(&parameters, making), parameters.canonical()))
 }

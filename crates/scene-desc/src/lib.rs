@@ -25,7 +25,7 @@ pub use material::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness,
     SubsurfaceProfile, Tint,
 };
-pub use medium::{MediumDesc, MediumInterface, MediumKind, PhaseDesc};
+pub use medium::{GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc};
 pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};
 pub use shape::{
     BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshDesc, ObjectDesc, ShapeDesc,

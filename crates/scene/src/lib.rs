@@ -5,12 +5,14 @@
 
 mod cameras;
 mod compile;
+mod crossing;
 mod ids;
 mod interaction;
 mod light_select;
 mod lights;
 mod linear_map;
 mod materials;
+mod media;
 mod scene;
 mod shapes;
 mod textures;
@@ -24,6 +26,7 @@ pub use lights::{
     EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightSample, Lights, LightsBuilder,
 };
 pub use materials::{Materials, Shading};
+pub use media::{Flight, Media};
 pub use scene::{Scene, SceneCounts, SceneSettings, segment};
 pub use shapes::Shape;
 pub use textures::{

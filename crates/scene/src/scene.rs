@@ -8,9 +8,10 @@ use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::{LightSample, Lights};
 use crate::materials::{Gaps, Materials, Shading};
+use crate::media::Media;
 use crate::shapes::{LocalSurface, Shape};
 use crate::textures::Textures;
-use crate::{Footprint, LightContext, LightId, ShapeId, SurfaceInteraction, TextureContext};
+use crate::{Footprint, LightContext, LightId, MediumId, ShapeId, SurfaceInteraction, TextureContext};
 
 /// Shadow rays end this fraction short of their light, so that rounding cannot make it shadow itself.
 const SHADOW_EPSILON: f32 = 1e-4;
@@ -30,6 +31,11 @@ pub struct Scene {
     pub textures: Textures,
     /// Surfaces' looks.
     pub materials: Materials,
+    /// What fills space.
+    pub media: Media,
+    pub(crate) camera_medium: Option<MediumId>,
+    /// Media inside and outside of each light; empty without media.
+    pub(crate) light_media: Vec<[Option<MediumId>; 2]>,
     /// Everything that emits.
     pub lights: Lights,
     /// Which light to ask.

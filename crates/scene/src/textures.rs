@@ -16,6 +16,7 @@ mod texture_image;
 pub use compile::TextureCompiler;
 pub use images::Images;
 pub use node::{FloatHandle, SpectrumHandle, Textures};
+pub(crate) use noise::noise;
 pub use spectra::{SpectrumRole, color_space, spectral_curve, spectrum_value};
 pub use texture_image::TextureImage;
 

@@ -25,7 +25,7 @@ use layers::{LayerSample, Layers};
 
 use crate::common::{CameraStart, LightStart, Roulette, Walk, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext};
 
 /// For the registry.
@@ -34,6 +34,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "walks from the eye and from the lights, joined in every way: lamps behind shades, caustics",
     misses: "caustics of point lights seen in mirrors or through smooth glass; slower than path where light is easy",
     unbiased: true,
+    refuses: refuses_nothing,
     parameters,
     make,
 };

@@ -8,7 +8,7 @@
 //! | s ≥ 2, t = 1 | a surface of the light's walk is connected to the lens                       |
 //! | t = 0        | the walk from the light passes a lens of finite size                         |
 
-use math::{Dir, Point, Ray};
+use math::{Dir, Ray};
 use sampling::Sampler;
 use scatter::{Density, TransportMode};
 use scene::{LightId, Scene, SurfaceInteraction, segment};
@@ -50,8 +50,7 @@ impl Subpaths {
     pub(crate) fn finish_light(&mut self, scene: &Scene) {
         self.direct = match (&self.light_start, self.light.vertices.first()) {
             (Some(start), Some(v)) => {
-                let from = v.si.light_context();
-                direct_density(scene, &from, start.light, &start.start.place, v.si.wo)
+                direct_density(scene, &v.light_context(), start.light, &start.start.place, v.wo())
             }
             _ => 0.0,
         };
@@ -106,15 +105,22 @@ impl Joint<'_> {
                 self.add_surface(&mut sum, t, &(p.si, p.throughput, p.forward));
             }
         }
+        // What media emit has no rival: no light path starts in a medium.
+        for glow in self.paths.eye.glows.iter().filter(|g| g.after == before) {
+            sum.unweighted += glow.radiance;
+            sum.weighted += glow.radiance;
+        }
         if let Some(v) = self.paths.eye.vertices.get(before) {
-            let surface = (v.si, v.throughput, v.forward);
-            self.add_surface(&mut sum, t, &surface);
+            if let Some(&si) = v.surface() {
+                let surface = (si, v.throughput, v.forward);
+                self.add_surface(&mut sum, t, &surface);
+            }
         } else if let Some(e) = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before) {
             // Every infinite light is a path of its own.
             let scene = self.scene;
             for &light in scene.lights.infinite() {
                 let le = scene.lights.infinite_emitted(light, e.dir, &self.wl);
-                let place = Place { p: Point::default(), n: None, is_infinite: true };
+                let place = Place::infinity();
                 let (throughput, forward) = (e.throughput, e.forward);
                 self.add_found(&mut sum, t, &Found { light, place, le, throughput, forward, back: -e.dir });
             }
@@ -129,7 +135,7 @@ impl Joint<'_> {
         &(si, throughput, forward): &(SurfaceInteraction, Spectrum, f32),
     ) {
         if let (Some(light), Some(le)) = (si.light, self.scene.emitted(&si, si.wo, &self.wl)) {
-            let place = Place { p: si.p, n: Some(si.ng), is_infinite: false };
+            let place = Place::on_surface(si.p, si.ng);
             self.add_found(sum, t, &Found { light, place, le, throughput, forward, back: si.wo });
         }
     }
@@ -145,7 +151,7 @@ impl Joint<'_> {
     fn weight_of_found(&mut self, f: &Found, t: usize) -> f32 {
         let (emit, leaving) = emission_densities(self.scene, f.light, &f.place, f.back);
         let direct = match t.checked_sub(3).and_then(|i| self.paths.eye.vertices.get(i)) {
-            Some(v) => direct_density(self.scene, &v.si.light_context(), f.light, &f.place, -f.back),
+            Some(v) => direct_density(self.scene, &v.light_context(), f.light, &f.place, -f.back),
             None => 0.0,
         };
         let first = Link { from_light: emit, from_eye: f.forward, is_delta: false };
@@ -161,7 +167,7 @@ impl Joint<'_> {
     fn next_event(&mut self, t: usize) -> Option<Contribution> {
         let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
         let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
-        let from = z.si.light_context();
+        let from = z.light_context();
         let (light, chosen) = self.scene.light_selector.select(&from, u_light)?;
         let sample = self.scene.lights.sample(light, &from, u, &self.wl)?;
         let probability = match sample.density {
@@ -173,10 +179,8 @@ impl Joint<'_> {
         if value.is_black() || !value.is_finite() {
             return None;
         }
-        self.counters.rays += 1;
-        if !self.scene.unoccluded(&from, &sample) {
-            return None;
-        }
+        let ray = self.scene.shadow_ray(&from, &sample);
+        let value = value * self.through(&z, &ray)?;
 
         let place = place_of(&sample);
         let (emit, leaving) = emission_densities(self.scene, light, &place, -sample.wi);
@@ -186,12 +190,12 @@ impl Joint<'_> {
             false => Leaving::Point { from: from.p, density: probability }.density_at(&place),
         };
         let end = LightEnd { emit, direct, is_hittable: !is_delta };
-        let by_eye = z.leaving(z.si.wo, sample.wi, TransportMode::Radiance).density_at(&place);
+        let by_eye = z.leaving(z.wo(), sample.wi, TransportMode::Radiance).density_at(&place);
         let before = self.eye_place(t - 2);
         let links = self.gather(0, Some(Link { from_eye: by_eye, ..Link::default() }), t);
         links[1].from_light = leaving.density_at(&z.place());
         links[1].is_delta = false;
-        let on = z.leaving(sample.wi, z.si.wo, TransportMode::Importance);
+        let on = z.leaving(sample.wi, z.wo(), TransportMode::Importance);
         links[2].from_light = before.map_or(0.0, |p| on.density_at(&p));
         Some(self.weighted(value, &end, 1, None))
     }
@@ -201,7 +205,7 @@ impl Joint<'_> {
     fn connect(&mut self, s: usize, t: usize) -> Option<Contribution> {
         let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
         let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
-        let d = z.si.p - y.si.p;
+        let d = z.p() - y.p();
         let distance_squared = d.length_squared();
         let w = Dir(d / distance_squared.sqrt());
         let scattered = y.scatter(w, TransportMode::Importance) * z.scatter(-w, TransportMode::Radiance);
@@ -209,11 +213,8 @@ impl Joint<'_> {
         if value.is_black() || !value.is_finite() {
             return None;
         }
-        self.counters.rays += 1;
-        let (a, b) = (y.si.spawn_ray(w).origin, z.si.spawn_ray(-w).origin);
-        if self.scene.occluded(&segment(a, b, y.si.time)) {
-            return None;
-        }
+        let (a, b) = (y.spawn_ray(w).origin, z.spawn_ray(-w).origin);
+        let value = value * self.through(&y, &segment(a, b, y.time()))?;
 
         let end = self.light_end()?;
         let (before_y, before_z) = (self.light_place(s - 2), self.eye_place(t - 2));
@@ -225,25 +226,25 @@ impl Joint<'_> {
     // ---- t = 1 ----
 
     fn reach_eye(&mut self, s: usize) -> Option<Contribution> {
-        let u_lens = if self.scene.camera.has_lens() { self.sampler.next_2d() } else { [0.5; 2] };
-        let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
-        let eye = connect_to_eye(self.scene, &y, u_lens, self.counters)?;
-        let value = y.throughput * y.scatter(eye.wi, TransportMode::Importance) * eye.weight;
+        let y = *self.paths.light.vertices.get(s - 2)?;
+        let (eye, through) = connect_to_eye(self.scene, &y, (&mut *self.sampler, &self.wl), self.counters)?;
+        let scattered = y.scatter(eye.wi, TransportMode::Importance);
+        let value = y.throughput * scattered * through * eye.weight;
         if value.is_black() || !value.is_finite() {
             return None;
         }
 
         let end = self.light_end()?;
-        let (position, leaving) = camera_densities(self.scene, &Ray::new(eye.p_lens, -eye.wi, y.si.time));
+        let (position, leaving) = camera_densities(self.scene, &Ray::new(eye.p_lens, -eye.wi, y.time()));
         let n_lens = eye.n_lens.filter(|_| self.scene.camera.has_lens());
-        let lens = Place { p: eye.p_lens, n: n_lens, is_infinite: false };
+        let lens = n_lens.map_or(Place::point(eye.p_lens), |n| Place::on_surface(eye.p_lens, n));
         let before = self.light_place(s - 2);
         let links = self.gather(s, None, 0);
-        let on = y.leaving(y.si.wo, eye.wi, TransportMode::Importance);
+        let on = y.leaving(y.wo(), eye.wi, TransportMode::Importance);
         links.push(Link { from_light: on.density_at(&lens), from_eye: position, is_delta: false });
         links[s - 1].from_eye = leaving.density_at(&y.place());
         links[s - 1].is_delta = false;
-        let back = y.leaving(eye.wi, y.si.wo, TransportMode::Radiance);
+        let back = y.leaving(eye.wi, y.wo(), TransportMode::Radiance);
         links[s - 2].from_eye = before.map_or(0.0, |p| back.density_at(&p));
         Some(self.weighted(value, &end, s, Some(eye.raster)))
     }
@@ -256,7 +257,7 @@ impl Joint<'_> {
         let start = self.paths.light_start?;
         let before = self.light_place(s - 2)?;
         let (time, dir) = match s.checked_sub(3).and_then(|i| self.paths.light.vertices.get(i)) {
-            Some(v) => (v.si.time, Dir::normalize(v.si.p - arrival.hit.p)),
+            Some(v) => (v.time(), Dir::normalize(v.p() - arrival.hit.p)),
             None => (start.start.ray.time, -start.start.ray.dir),
         };
         let (position, leaving) = camera_densities(self.scene, &Ray::new(arrival.hit.p, dir, time));
@@ -271,6 +272,15 @@ impl Joint<'_> {
     }
 
     // ---- what they share ----
+
+    /// What gets through from a vertex along a ray; `None` for nothing.
+    fn through(&mut self, from: &Vertex, ray: &Ray) -> Option<Spectrum> {
+        self.counters.rays += 1;
+        let medium = from.medium_towards(self.scene, ray.dir);
+        let sampler = &mut *self.sampler;
+        let through = self.scene.transmittance(ray, medium, &self.wl, &mut || sampler.next_1d());
+        (!through.is_black()).then_some(through)
+    }
 
     fn weighted(&self, value: Spectrum, end: &LightEnd, s: usize, splat: Option<[f32; 2]>) -> Contribution {
         let weight = self.weighting.weight(&self.paths.links, end, s);
@@ -330,10 +340,10 @@ fn join(
     (w, before_y, before_z): (Dir, Option<Place>, Option<Place>),
 ) {
     let at = |leaving: Leaving, place: Option<Place>| place.map_or(0.0, |p| leaving.density_at(&p));
-    links[s].from_light = at(y.leaving(y.si.wo, w, TransportMode::Importance), Some(z.place()));
-    links[s + 1].from_light = at(z.leaving(-w, z.si.wo, TransportMode::Importance), before_z);
-    links[s - 1].from_eye = at(z.leaving(z.si.wo, -w, TransportMode::Radiance), Some(y.place()));
-    links[s - 2].from_eye = at(y.leaving(w, y.si.wo, TransportMode::Radiance), before_y);
+    links[s].from_light = at(y.leaving(y.wo(), w, TransportMode::Importance), Some(z.place()));
+    links[s + 1].from_light = at(z.leaving(-w, z.wo(), TransportMode::Importance), before_z);
+    links[s - 1].from_eye = at(z.leaving(z.wo(), -w, TransportMode::Radiance), Some(y.place()));
+    links[s - 2].from_eye = at(y.leaving(w, y.wo(), TransportMode::Radiance), before_y);
     links[s - 1].is_delta = false;
     links[s].is_delta = false;
 }

@@ -5,10 +5,10 @@ use math::Dir;
 use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Density, TransportMode};
-use scene::{LightContext, LightId, LightSample, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, LightId, LightSample, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
-use super::DirectionSampling;
+use super::{DirectionSampling, MediumPoint};
 use crate::Counters;
 
 /// Does next-event estimation share the work with rays that find emitters?
@@ -20,16 +20,25 @@ pub(crate) enum LightStrategy {
     Mis(Heuristic),
 }
 
-/// A point that light may reach.
+/// A surface that light may reach.
 #[derive(Clone, Copy)]
 pub(crate) struct DirectLight<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) si: &'a SurfaceInteraction,
     pub(crate) shading: &'a Shading,
+    /// The medium through which the path came to the surface.
+    pub(crate) medium: Option<MediumId>,
     /// How the rival draws its directions.
     pub(crate) directions: DirectionSampling,
     /// How many light samples and direction samples share the estimate.
     pub(crate) counts: [u32; 2],
+}
+
+/// What light samples are made with.
+pub(crate) struct Tools<'a> {
+    pub(crate) sampler: &'a mut Sampler,
+    pub(crate) wl: &'a Wavelengths,
+    pub(crate) counters: &'a mut Counters,
 }
 
 impl DirectLight<'_> {
@@ -41,15 +50,10 @@ impl DirectLight<'_> {
         wl: &Wavelengths,
         counters: &mut Counters,
     ) -> Spectrum {
-        let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
+        let mut tools = Tools { sampler, wl, counters };
         let ctx = self.si.light_context();
-        let Some((light, chosen)) = self.scene.light_selector.select(&ctx, u_light) else {
-            return Spectrum::ZERO;
-        };
-        let Some(sample) = self.scene.lights.sample(light, &ctx, u, wl) else {
-            return Spectrum::ZERO;
-        };
-        self.contribution(&ctx, &sample, chosen, strategy, counters)
+        let Some((sample, chosen)) = tools.light_sample(self.scene, &ctx) else { return Spectrum::ZERO };
+        self.contribution(&ctx, &sample, chosen, strategy, &mut tools)
     }
 
     /// What a given light sample, chosen with probability `chosen`, contributes.
@@ -59,7 +63,7 @@ impl DirectLight<'_> {
         sample: &LightSample,
         chosen: f32,
         strategy: LightStrategy,
-        counters: &mut Counters,
+        tools: &mut Tools<'_>,
     ) -> Spectrum {
         let frame = &self.shading.frame;
         let (wo, wi) = (frame.to_local(self.si.wo), frame.to_local(sample.wi));
@@ -70,20 +74,71 @@ impl DirectLight<'_> {
             return Spectrum::ZERO;
         }
         let [n_light, n_direction] = self.counts.map(|n| n as f32);
-        let expected = chosen * n_light;
-        let weight = match (sample.density, strategy) {
-            (Density::Delta { probability }, _) => 1.0 / (probability * expected),
-            (Density::Smooth(pdf), LightStrategy::Alone) => 1.0 / (pdf * expected).value(),
-            (Density::Smooth(pdf), LightStrategy::Mis(h)) => {
-                let pdf = pdf * expected;
-                h.weight(pdf, rival * n_direction) / pdf.value()
-            }
-        };
-        counters.rays += 1;
-        if !weight.is_finite() || !self.scene.unoccluded(ctx, sample) {
+        let weight = weight_of_sample(sample.density, strategy, chosen * n_light, rival * n_direction);
+        tools.counters.rays += 1;
+        if !self.scene.has_media() {
+            return match weight.is_finite() && self.scene.unoccluded(ctx, sample) {
+                true => reflected * weight,
+                false => Spectrum::ZERO,
+            };
+        }
+        let medium = self.scene.medium_after(self.si, sample.wi, self.medium);
+        reflected * tools.arriving(self.scene, (ctx, sample), medium, weight)
+    }
+}
+
+/// Light straight from emitters to a point of a medium: phase function × Le / p of one light sample, weighted.
+pub(crate) fn direct_in_medium(
+    scene: &Scene,
+    point: &MediumPoint,
+    strategy: LightStrategy,
+    tools: &mut Tools<'_>,
+) -> Spectrum {
+    let ctx = point.light_context();
+    let Some((sample, chosen)) = tools.light_sample(scene, &ctx) else { return Spectrum::ZERO };
+    let rival = point.phase.pdf(point.wo, sample.wi);
+    let scattered = sample.li * rival.value();
+    if scattered.is_black() {
+        return Spectrum::ZERO;
+    }
+    let weight = weight_of_sample(sample.density, strategy, chosen, rival);
+    tools.counters.rays += 1;
+    scattered * tools.arriving(scene, (&ctx, &sample), Some(point.medium), weight)
+}
+
+impl Tools<'_> {
+    /// A light sample and the probability of its light.
+    fn light_sample(&mut self, scene: &Scene, ctx: &LightContext) -> Option<(LightSample, f32)> {
+        let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let (light, chosen) = scene.light_selector.select(ctx, u_light)?;
+        scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, chosen))
+    }
+
+    /// `weight` times what gets through from a light sample to a point.
+    fn arriving(
+        &mut self,
+        scene: &Scene,
+        (ctx, sample): (&LightContext, &LightSample),
+        medium: Option<MediumId>,
+        weight: f32,
+    ) -> Spectrum {
+        if !weight.is_finite() {
             return Spectrum::ZERO;
         }
-        reflected * weight
+        let ray = scene.shadow_ray(ctx, sample);
+        scene.transmittance(&ray, medium, self.wl, &mut || self.sampler.next_1d()) * weight
+    }
+}
+
+/// Weight over density of a light sample, of which `expected` are made, against the `rival` that finds emitters by rays.
+fn weight_of_sample(density: Density, strategy: LightStrategy, expected: f32, rival: Pdf<SolidAngle>) -> f32 {
+    match (density, strategy) {
+        (Density::Delta { probability }, _) => 1.0 / (probability * expected),
+        (Density::Smooth(pdf), LightStrategy::Alone) => 1.0 / (pdf * expected).value(),
+        (Density::Smooth(pdf), LightStrategy::Mis(h)) => {
+            let pdf = pdf * expected;
+            h.weight(pdf, rival) / pdf.value()
+        }
     }
 }
 

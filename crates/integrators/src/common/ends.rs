@@ -26,6 +26,7 @@ impl CameraStart {
         let (position, leaving) = camera_densities(scene, &sample.ray);
         let start = Start {
             ray: sample.ray,
+            medium: scene.camera_medium(),
             place: lens_place(scene, &sample.ray),
             leaving,
             throughput: Spectrum::splat(sample.weight),
@@ -53,11 +54,11 @@ pub(crate) fn camera_densities(scene: &Scene, ray: &Ray) -> (f32, Leaving) {
 /// The start of a camera ray as a place that a walk from a light may find: only a lens can be.
 fn lens_place(scene: &Scene, ray: &Ray) -> Place {
     let back = Ray { origin: ray.at(1.0), dir: -ray.dir, ..*ray };
-    let n = match scene.camera.has_lens() {
-        true => scene.camera.lens_hit(&back, f32::INFINITY).map(|h| h.n),
+    let hit = match scene.camera.has_lens() {
+        true => scene.camera.lens_hit(&back, f32::INFINITY),
         false => None,
     };
-    Place { p: ray.origin, n, is_infinite: false }
+    hit.map_or(Place::point(ray.origin), |h| Place::on_surface(ray.origin, h.n))
 }
 
 /// A walk's start at a light.
@@ -79,9 +80,10 @@ impl LightStart {
         if throughput.is_black() || !throughput.is_finite() {
             return None;
         }
-        let place = Place { p: sample.p, n: sample.n, is_infinite: sample.is_infinite };
+        let place = Place { p: sample.p, n: sample.n, is_infinite: sample.is_infinite, is_medium: false };
         let (emit, leaving) = emission_densities(scene, light, &place, sample.ray.dir);
-        Some(Self { start: Start { ray: sample.ray, place, leaving, throughput }, light, emit })
+        let medium = scene.emission_medium(&sample);
+        Some(Self { start: Start { ray: sample.ray, medium, place, leaving, throughput }, light, emit })
     }
 }
 
@@ -105,7 +107,7 @@ pub(crate) fn emission_densities(scene: &Scene, light: LightId, place: &Place, w
 
 /// The place of a light sample.
 pub(crate) fn place_of(sample: &LightSample) -> Place {
-    Place { p: sample.p, n: Some(sample.n), is_infinite: sample.is_infinite }
+    Place { p: sample.p, n: Some(sample.n), is_infinite: sample.is_infinite, is_medium: false }
 }
 
 /// Density with which next-event estimation at `from` finds the light's place in direction `w`, in the same measure
@@ -125,16 +127,22 @@ pub(crate) fn direct_density(
     Leaving::Point { from: from.p, density: chosen * pdf.value() }.density_at(place)
 }
 
-/// Connects a surface to the eye; `None` if it is not seen.
+/// Connects a vertex to the eye; `None` if it is not seen. The second value is what media leave of the light.
 pub(crate) fn connect_to_eye(
     scene: &Scene,
     vertex: &Vertex,
-    u_lens: [f32; 2],
+    (sampler, wl): (&mut Sampler, &Wavelengths),
     counters: &mut Counters,
-) -> Option<CameraConnection> {
-    let si = &vertex.si;
-    let eye = scene.camera.sample_importance(si.p, si.time, u_lens)?;
+) -> Option<(CameraConnection, Spectrum)> {
+    let u_lens = if scene.camera.has_lens() { sampler.next_2d() } else { [0.5; 2] };
+    if !vertex.is_connectible() {
+        return None;
+    }
+    let eye = scene.camera.sample_importance(vertex.p(), vertex.time(), u_lens)?;
     counters.rays += 1;
-    let origin = si.spawn_ray(eye.wi).origin;
-    (!scene.occluded(&segment(origin, eye.p_lens, si.time))).then_some(eye)
+    let origin = vertex.spawn_ray(eye.wi).origin;
+    let ray = segment(origin, eye.p_lens, vertex.time());
+    let medium = vertex.medium_towards(scene, eye.wi);
+    let through = scene.transmittance(&ray, medium, wl, &mut || sampler.next_1d());
+    (!through.is_black()).then_some((eye, through))
 }

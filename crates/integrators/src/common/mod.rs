@@ -10,10 +10,11 @@ mod photons;
 mod pixel_loop;
 mod roulette;
 mod shared;
+mod site;
 mod subpath;
 
 pub(crate) use density::{Estimate, Gathered, KERNEL, Kernel, RADIUS, RADIUS_PIXELS, Radius, Search};
-pub(crate) use direct::{DirectLight, LightStrategy, infinite_light_pdf, light_pdf};
+pub(crate) use direct::{DirectLight, LightStrategy, Tools, direct_in_medium, infinite_light_pdf, light_pdf};
 pub(crate) use directions::{DirectionSample, DirectionSampling};
 pub(crate) use ends::{
     CameraStart, LightStart, camera_densities, connect_to_eye, direct_density, emission_densities, place_of,
@@ -23,4 +24,5 @@ pub(crate) use photons::{Emission, Emitted, Keeper, LightPath, MEMORY, Photon, P
 pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
 pub(crate) use roulette::Roulette;
 pub(crate) use shared::Shared;
+pub(crate) use site::{MediumPoint, Site};
 pub(crate) use subpath::{Leaving, Place, Start, Subpath, Vertex, Walk};

@@ -1,34 +1,62 @@
 //! Subpaths: random walks from the eye or from a light, with all that is needed to weigh them against each other
 //! [Veach1997, ch. 10].
 //!
+//! A vertex is a surface or a point of a medium ([`Site`]); who uses it need not care which.
+//!
 //! Every vertex has two densities: `forward`, with which its own walk finds it, and `reverse`, with which a walk from
-//! the other end would. Both are per area of its surface; for a light at infinity per solid angle. Where a walk
+//! the other end would. Both are per area of its surface, per volume in a medium; for a light at infinity per solid angle. Where a walk
 //! leaves a vertex by a delta lobe, the density is one per *projected* solid angle, in either sense: a reflection and
 //! its reverse are equally likely, and the cosines are those that a smooth lobe would have.
 //!
 //! Walks from lights carry importance. Shading normals are not symmetric: the light that arrives at a surface is
 //! multiplied by `|ωo·ns| |ωi·ng| / (|ωo·ng| |ωi·ns|)` [Veach1997, sec. 5.3.2].
 //!
-//! Borders of media are passed and are no vertices; if they emit, the walk keeps them in `passed`.
-//! Left out: the η² in the densities of refracted walks (weights are right all the same, a little less than best).
+//! Borders of media are passed and are no vertices; if they emit, the walk keeps them in `passed`. What media emit towards
+//! the eye is in `glows`.
+//!
+//! Left out of densities: the η² of refracted walks, and the transmittances and extinctions of free flights. A density is a
+//! function of the path alone, the same for every way of making it, so weights still add up to one and means are right, for
+//! media that vary too; they are a little less than best. The extinction at a vertex would cancel in any case.
 
 use math::{Dir, Point, Ray};
 use sampling::Sampler;
 use scatter::TransportMode;
-use scene::{LensHit, Scene, Shading, SurfaceInteraction};
+use scene::{LensHit, LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
-use super::{DirectionSampling, Roulette};
+use super::{DirectionSampling, MediumPoint, Roulette, Site};
 use crate::Counters;
 
 /// A point that a density may be asked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) p: Point,
-    /// `None`: no surface, so that no ray finds it.
+    /// `None`: no surface.
     pub(crate) n: Option<Dir>,
     /// Infinitely far away: its density is per solid angle.
     pub(crate) is_infinite: bool,
+    /// In a medium: its density is per volume. Other points without a surface are found by no ray.
+    pub(crate) is_medium: bool,
+}
+
+impl Place {
+    pub(crate) fn on_surface(p: Point, n: Dir) -> Self {
+        Self { p, n: Some(n), is_infinite: false, is_medium: false }
+    }
+
+    pub(crate) fn in_medium(p: Point) -> Self {
+        Self { p, n: None, is_infinite: false, is_medium: true }
+    }
+
+    /// A point that only its own end of a path finds.
+    pub(crate) fn point(p: Point) -> Self {
+        Self { p, n: None, is_infinite: false, is_medium: false }
+    }
+
+    /// Infinitely far away.
+    pub(crate) fn infinity() -> Self {
+        Self { p: Point::default(), n: None, is_infinite: true, is_medium: false }
+    }
 }
 
 /// How a walk leaves a vertex: what the density of the next vertex follows from.
@@ -51,19 +79,24 @@ impl Leaving {
                 let per_area = density * n.0.dot(d).abs() / (distance_squared * distance_squared.sqrt());
                 if per_area.is_finite() { per_area } else { 0.0 }
             }
+            (Self::Point { from, density }, None) if to.is_medium => {
+                let per_volume = density / (to.p - from).length_squared();
+                if per_volume.is_finite() { per_volume } else { 0.0 }
+            }
             (Self::Parallel { density, dir }, Some(n)) => density * n.abs_dot(dir),
+            (Self::Parallel { density, .. }, None) if to.is_medium => density,
             (_, None) => 0.0,
         }
     }
 }
 
-/// A surface at which a walk scattered, or ended.
+/// Where a walk scattered, or ended.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
-    /// The surface; its `wo` leads back along the walk.
-    pub(crate) si: SurfaceInteraction,
-    /// How it scatters.
-    pub(crate) shading: Shading,
+    /// A surface or a point of a medium; its `wo` leads back along the walk.
+    pub(crate) site: Site,
+    /// The medium through which the walk came.
+    pub(crate) medium: Option<MediumId>,
     /// Of the walk up to here, before this vertex scatters.
     pub(crate) throughput: Spectrum,
     /// Density with which the walk found it.
@@ -75,27 +108,39 @@ pub(crate) struct Vertex {
 }
 
 impl Vertex {
+    pub(crate) fn p(&self) -> Point {
+        self.site.p()
+    }
+
+    /// Back along the walk.
+    pub(crate) fn wo(&self) -> Dir {
+        self.site.wo()
+    }
+
+    pub(crate) fn time(&self) -> f32 {
+        self.site.time()
+    }
+
+    /// The surface; `None` in a medium.
+    pub(crate) fn surface(&self) -> Option<&SurfaceInteraction> {
+        self.site.surface()
+    }
+
     pub(crate) fn place(&self) -> Place {
-        Place { p: self.si.p, n: Some(self.si.ng), is_infinite: false }
+        match &self.site {
+            Site::Surface { si, .. } => Place::on_surface(si.p, si.ng),
+            Site::Medium(m) => Place::in_medium(m.p),
+        }
     }
 
     /// Nothing can be connected to a surface of delta lobes alone.
     pub(crate) fn is_connectible(&self) -> bool {
-        !self.shading.bsdf.is_delta_only()
+        self.site.is_connectible()
     }
 
-    /// `f |cos θ|` towards `w` for what the walk carries. Importance gets the correction for shading normals.
+    /// See [`Site::scatter`].
     pub(crate) fn scatter(&self, w: Dir, mode: TransportMode) -> Spectrum {
-        let (wo, wi) = (self.shading.frame.to_local(self.si.wo), self.shading.frame.to_local(w));
-        let f = self.shading.bsdf.eval(wo, wi, mode);
-        match mode {
-            TransportMode::Radiance => f * wi.abs_cos_theta(),
-            TransportMode::Importance => {
-                let cos_g = self.si.ng.abs_dot(self.si.wo);
-                let factor = wo.abs_cos_theta() * self.si.ng.abs_dot(w) / cos_g;
-                if cos_g > 0.0 { f * factor } else { Spectrum::ZERO }
-            }
-        }
+        self.site.scatter(w, mode)
     }
 
     /// `f |cos θ|` towards `w`, from where photons come, over the cosine by which they are counted.
@@ -107,9 +152,30 @@ impl Vertex {
 
     /// How a walk that came from `back` leaves along `on`, deltas left out. The mode is that walk's.
     pub(crate) fn leaving(&self, back: Dir, on: Dir, mode: TransportMode) -> Leaving {
-        let (wo, wi) = (self.shading.frame.to_local(back), self.shading.frame.to_local(on));
-        Leaving::Point { from: self.si.p, density: self.shading.bsdf.pdf(wo, wi, mode).value() }
+        Leaving::Point { from: self.p(), density: self.site.density(back, on, mode) }
     }
+
+    pub(crate) fn spawn_ray(&self, w: Dir) -> Ray {
+        self.site.spawn_ray(w)
+    }
+
+    pub(crate) fn light_context(&self) -> LightContext {
+        self.site.light_context()
+    }
+
+    /// The medium of rays that leave along `w`.
+    pub(crate) fn medium_towards(&self, scene: &Scene, w: Dir) -> Option<MediumId> {
+        self.site.medium_towards(scene, w, self.medium)
+    }
+}
+
+/// What media emit towards the eye on the way from one vertex to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glow {
+    /// Vertices before it.
+    pub(crate) after: usize,
+    /// What arrives at the walk's start.
+    pub(crate) radiance: Spectrum,
 }
 
 /// An emitting border of media that a walk passed.
@@ -146,6 +212,7 @@ pub(crate) struct Arrival {
 pub(crate) struct Subpath {
     pub(crate) vertices: Vec<Vertex>,
     pub(crate) passed: Vec<Passed>,
+    pub(crate) glows: Vec<Glow>,
     pub(crate) arrivals: Vec<Arrival>,
     pub(crate) escape: Option<Escape>,
     /// Density with which a walk from the other end finds the start.
@@ -156,6 +223,7 @@ impl Subpath {
     pub(crate) fn clear(&mut self) {
         self.vertices.clear();
         self.passed.clear();
+        self.glows.clear();
         self.arrivals.clear();
         self.escape = None;
         self.start_reverse = 0.0;
@@ -166,6 +234,8 @@ impl Subpath {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Start {
     pub(crate) ray: Ray,
+    /// The medium that the ray starts in.
+    pub(crate) medium: Option<MediumId>,
     pub(crate) place: Place,
     pub(crate) leaving: Leaving,
     pub(crate) throughput: Spectrum,
@@ -185,6 +255,7 @@ pub(crate) struct Walk<'a> {
 /// A walk on its way.
 struct Traveller {
     ray: Ray,
+    medium: Option<MediumId>,
     leaving: Leaving,
     throughput: Spectrum,
     /// What roulette looks at: the throughput without the start's.
@@ -205,13 +276,16 @@ impl Walk<'_> {
         path.clear();
         let mut on = Traveller {
             ray: start.ray,
+            medium: start.medium,
             leaving: start.leaving,
             throughput: start.throughput,
             carried: Spectrum::ONE,
             eta_scale: 1.0,
         };
         while path.vertices.len() < self.limit {
-            if !self.next_vertex(&mut on, wl, counters, path) || path.vertices.len() == self.limit {
+            if !self.next_vertex(&mut on, (&mut *sampler, &mut *wl), counters, path)
+                || path.vertices.len() == self.limit
+            {
                 return;
             }
             if !self.scatter(&mut on, start, sampler, path) {
@@ -220,11 +294,11 @@ impl Walk<'_> {
         }
     }
 
-    /// To the next surface that is no border of media; false if there is none.
+    /// To the next surface that is no border of media, or to where a medium scatters; false if there is nothing.
     fn next_vertex(
         &self,
         on: &mut Traveller,
-        wl: &mut Wavelengths,
+        (sampler, wl): (&mut Sampler, &mut Wavelengths),
         counters: &mut Counters,
         path: &mut Subpath,
     ) -> bool {
@@ -232,8 +306,16 @@ impl Walk<'_> {
         loop {
             counters.rays += 1;
             let hit = self.scene.intersect(&on.ray);
-            if self.mode == TransportMode::Importance {
-                self.pass_lens(on, hit.map_or(f32::INFINITY, |h| h.t), after, path);
+            let end = hit.map_or(f32::INFINITY, |h| h.t);
+            if on.medium.is_some() {
+                if let Some(t) = self.fly(on, end, (&mut *sampler, &*wl), path) {
+                    return self.scatter_in_medium(on, t, path);
+                }
+                if on.throughput.is_black() {
+                    return false;
+                }
+            } else if self.mode == TransportMode::Importance {
+                self.pass_lens(on, end, after, path);
             }
             let Some(hit) = hit else {
                 // Nothing competes with parallel rays from the eye straight to the sky: any density will do.
@@ -245,25 +327,78 @@ impl Walk<'_> {
                 return false;
             };
             let si = self.scene.interaction(&on.ray, &hit);
-            let place = Place { p: si.p, n: Some(si.ng), is_infinite: false };
-            let forward = on.leaving.density_at(&place);
-            let throughput = on.throughput;
+            let forward = on.leaving.density_at(&Place::on_surface(si.p, si.ng));
+            let (throughput, medium) = (on.throughput, on.medium);
             if let Some(shading) = self.scene.shade(&si, wl) {
-                let vertex = Vertex { si, shading, throughput, forward, reverse: 0.0, is_delta: false };
-                path.vertices.push(vertex);
+                let site = Site::Surface { si, shading };
+                path.vertices.push(Vertex {
+                    site,
+                    medium,
+                    throughput,
+                    forward,
+                    reverse: 0.0,
+                    is_delta: false,
+                });
                 return true;
             }
             if si.light.is_some() && self.mode == TransportMode::Radiance {
                 path.passed.push(Passed { after, si, throughput, forward });
             }
+            on.medium = self.scene.medium_after(&si, on.ray.dir, on.medium);
             on.ray = si.spawn_ray(on.ray.dir);
         }
     }
 
+    /// Through the medium up to `end`; where it scatters. A walk from a light may pass the lens before.
+    fn fly(
+        &self,
+        on: &mut Traveller,
+        end: f32,
+        (sampler, wl): (&mut Sampler, &Wavelengths),
+        path: &mut Subpath,
+    ) -> Option<f32> {
+        let medium = on.medium?;
+        let mut through = |on: &mut Traveller, from: f32, to: f32, path: &mut Subpath| {
+            let piece = Ray { origin: on.ray.at(from), t_max: to - from, ..on.ray };
+            let flight = self.scene.media.fly(medium, &piece, on.throughput, wl, &mut || sampler.next_1d());
+            if self.mode == TransportMode::Radiance && !flight.emitted.is_black() {
+                let radiance = on.throughput * flight.emitted;
+                path.glows.push(Glow { after: path.vertices.len(), radiance });
+            }
+            on.throughput *= flight.factor;
+            on.carried *= flight.factor;
+            flight.scatters_at.map(|t| from + t)
+        };
+        let lens = match self.mode {
+            TransportMode::Importance => self.scene.camera.lens_hit(&on.ray, end),
+            TransportMode::Radiance => None,
+        };
+        let Some(lens) = lens else { return through(on, 0.0, end, path) };
+        if let Some(t) = through(on, 0.0, lens.t, path) {
+            return Some(t);
+        }
+        self.pass_lens(on, end, path.vertices.len(), path);
+        through(on, lens.t, end, path)
+    }
+
+    /// A vertex in the medium at distance `t`, if anything is left.
+    fn scatter_in_medium(&self, on: &Traveller, t: f32, path: &mut Subpath) -> bool {
+        let Some(medium) = on.medium.filter(|_| !on.throughput.is_black()) else { return false };
+        let point = MediumPoint::new(self.scene, &on.ray, t, medium);
+        path.vertices.push(Vertex {
+            site: Site::Medium(point),
+            medium: on.medium,
+            throughput: on.throughput,
+            forward: on.leaving.density_at(&Place::in_medium(point.p)),
+            reverse: 0.0,
+            is_delta: false,
+        });
+        true
+    }
+
     fn pass_lens(&self, on: &Traveller, t_max: f32, after: usize, path: &mut Subpath) {
         if let Some(hit) = self.scene.camera.lens_hit(&on.ray, t_max) {
-            let lens = Place { p: hit.p, n: Some(hit.n), is_infinite: false };
-            let forward = on.leaving.density_at(&lens);
+            let forward = on.leaving.density_at(&Place::on_surface(hit.p, hit.n));
             path.arrivals.push(Arrival { after, hit, throughput: on.throughput, forward });
         }
     }
@@ -271,35 +406,19 @@ impl Walk<'_> {
     /// Scatters at the last vertex; false if the walk ends there.
     fn scatter(&self, on: &mut Traveller, start: &Start, sampler: &mut Sampler, path: &mut Subpath) -> bool {
         let Some((vertex, before)) = path.vertices.split_last_mut() else { return false };
-        let Shading { bsdf, frame } = &vertex.shading;
-        let (back, ng) = (vertex.si.wo, vertex.si.ng);
-        let wo = frame.to_local(back);
-        let Some(s) = DirectionSampling::Bsdf.sample(bsdf, wo, sampler, self.mode) else { return false };
-        let dir = frame.to_world(s.wi);
-
-        // Densities in both senses; see the head for deltas.
-        let (forward, reverse) = match s.pdf {
-            Some(pdf) => (pdf.value(), bsdf.pdf(s.wi, wo, !self.mode).value()),
-            None => (ng.abs_dot(dir), ng.abs_dot(back)),
-        };
-        vertex.is_delta = s.pdf.is_none();
-        let backwards = Leaving::Point { from: vertex.si.p, density: reverse };
+        let Some(step) = self.step(&vertex.site, sampler) else { return false };
+        vertex.is_delta = step.is_delta;
+        let backwards = Leaving::Point { from: vertex.p(), density: step.reverse };
         match before.last_mut() {
             Some(v) => v.reverse = backwards.density_at(&v.place()),
             None => path.start_reverse = backwards.density_at(&start.place),
         }
-
-        let mut factor = s.weight;
-        if self.mode == TransportMode::Importance {
-            let correction = wo.abs_cos_theta() * ng.abs_dot(dir) / (ng.abs_dot(back) * s.wi.abs_cos_theta());
-            factor *= if correction.is_finite() { correction } else { 0.0 };
-        } else {
-            on.eta_scale *= s.eta * s.eta;
-        }
-        on.throughput *= factor;
-        on.carried *= factor;
-        on.leaving = Leaving::Point { from: vertex.si.p, density: forward };
-        on.ray = vertex.si.spawn_ray(dir);
+        on.eta_scale *= step.eta_scale;
+        on.throughput *= step.factor;
+        on.carried *= step.factor;
+        on.leaving = Leaving::Point { from: vertex.p(), density: step.forward };
+        on.medium = vertex.medium_towards(self.scene, step.dir);
+        on.ray = vertex.spawn_ray(step.dir);
         if on.throughput.is_black() {
             return false;
         }
@@ -311,6 +430,55 @@ impl Walk<'_> {
         on.carried *= paid;
         true
     }
+
+    /// A direction in which a walk goes on.
+    fn step(&self, site: &Site, sampler: &mut Sampler) -> Option<Step> {
+        let (si, Shading { bsdf, frame }) = match site {
+            Site::Surface { si, shading } => (si, shading),
+            Site::Medium(m) => {
+                let s = m.phase.sample(m.wo, sampler.next_2d());
+                let density = s.pdf.value();
+                return Some(Step {
+                    dir: s.wi,
+                    factor: Spectrum::ONE,
+                    forward: density,
+                    reverse: density,
+                    is_delta: false,
+                    eta_scale: 1.0,
+                });
+            }
+        };
+        let (back, ng) = (si.wo, si.ng);
+        let wo = frame.to_local(back);
+        let s = DirectionSampling::Bsdf.sample(bsdf, wo, sampler, self.mode)?;
+        let dir = frame.to_world(s.wi);
+
+        // Densities in both senses; see the head for deltas.
+        let (forward, reverse) = match s.pdf {
+            Some(pdf) => (pdf.value(), bsdf.pdf(s.wi, wo, !self.mode).value()),
+            None => (ng.abs_dot(dir), ng.abs_dot(back)),
+        };
+        let (mut factor, mut eta_scale) = (s.weight, 1.0);
+        if self.mode == TransportMode::Importance {
+            let correction = wo.abs_cos_theta() * ng.abs_dot(dir) / (ng.abs_dot(back) * s.wi.abs_cos_theta());
+            factor *= if correction.is_finite() { correction } else { 0.0 };
+        } else {
+            eta_scale = s.eta * s.eta;
+        }
+        Some(Step { dir, factor, forward, reverse, is_delta: s.pdf.is_none(), eta_scale })
+    }
+}
+
+/// How a walk goes on from a vertex.
+struct Step {
+    dir: Dir,
+    /// On the throughput.
+    factor: Spectrum,
+    /// Density of the direction in the walk's sense and in the other.
+    forward: f32,
+    reverse: f32,
+    is_delta: bool,
+    eta_scale: f32,
 }
 
 #[cfg(test)]
@@ -328,7 +496,7 @@ mod tests {
         let sum: f64 = (0..n)
             .map(|i| {
                 let r = radius * (i as f32 + 0.5) / n as f32;
-                let place = Place { p: Point::new(r, 0.0, 0.0), n: Some(Dir::Z), is_infinite: false };
+                let place = Place::on_surface(Point::new(r, 0.0, 0.0), Dir::Z);
                 let ring = std::f64::consts::TAU * f64::from(r * radius) / f64::from(n);
                 f64::from(leaving.density_at(&place)) * ring
             })
@@ -336,7 +504,7 @@ mod tests {
         assert!((sum - (1.0 - 1.0 / 10.0_f64.sqrt())).abs() < 1e-5, "{sum}");
 
         let slanted = Dir(Vec3::new(0.6, 0.0, 0.8));
-        let place = Place { p: from, n: Some(Dir::Z), is_infinite: false };
+        let place = Place::on_surface(from, Dir::Z);
         let across = Leaving::Parallel { density: 0.5, dir: slanted };
         assert!((across.density_at(&place) - 0.4).abs() < 1e-6, "|cos θ| times as dense as across the rays");
     }

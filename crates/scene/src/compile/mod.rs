@@ -14,6 +14,7 @@ use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::{EmitterSource, LightImage, LightsBuilder};
 use crate::materials::{Gaps, Materials};
+use crate::media::Media;
 use crate::scene::{Scene, SceneCounts, SceneSettings};
 use crate::textures::{FloatHandle, TextureCompiler, color_space};
 
@@ -46,7 +47,8 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let colors = ColorPipeline { mode, space };
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
-    let world = geometry::build(desc, &materials, &mut compiler, options);
+    let (media, medium_ids) = Media::compile(&desc.media, colors, compiler.sink());
+    let world = geometry::build(desc, &materials, &mut compiler, (options, &medium_ids));
     let textures = compiler.finish();
 
     // Lights.
@@ -56,8 +58,10 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let (mut world, camera) = (world?, camera?);
     let image = |id| LightImage::from(textures.images().get(id));
     let mut lights = LightsBuilder::new(colors, &image);
+    let medium = |id: Option<scene_desc::MediumId>| medium_ids.get(id?.index()).copied().flatten();
+    let mut declared = Vec::new();
     for light in &desc.lights {
-        lights.add_light(light, sink);
+        declared.push((lights.add_light(light, sink), medium(light.medium)));
     }
     for &(baked, described) in &world.emitters {
         let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
@@ -71,7 +75,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
     let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
-    Some(Scene {
+    let mut scene = Scene {
         hit_filter: world.shapes.iter().any(|s| s.alpha.is_some()),
         shadow_filter: world.shapes.iter().any(|s| s.alpha.is_some() || s.gaps != Gaps::Nowhere),
         accel: world.accel,
@@ -80,6 +84,9 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
         instances: world.instances,
         textures,
         materials,
+        media,
+        camera_medium: medium(desc.camera.medium),
+        light_media: Vec::new(),
         lights,
         light_selector,
         camera,
@@ -96,7 +103,9 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
             content_hash: desc.content_hash,
             counts,
         },
-    })
+    };
+    scene.place_lights(&declared);
+    Some(scene)
 }
 
 /// The whole film's resolution and the pixels to render.

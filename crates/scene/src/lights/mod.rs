@@ -120,6 +120,8 @@ pub struct EmissionSample {
     pub pdf_direction: Option<Pdf<SolidAngle>>,
     /// From infinitely far away?
     pub is_infinite: bool,
+    /// On the side of a surface that its outside is on? True where there is no surface.
+    pub is_outside: bool,
 }
 
 impl EmissionSample {
@@ -267,6 +269,39 @@ impl Lights {
             Light::InfiniteImage(l) => l.pdf(wi),
             Light::Area(l) if l.visible => l.emitter.pdf(context.p, p, n),
             Light::Area(_) => Pdf::ZERO,
+        }
+    }
+
+    /// Where a light at a point is.
+    pub(crate) fn position(&self, light: LightId) -> Option<Point> {
+        match &self.list[light.index()] {
+            Light::Point(l) => Some(l.p),
+            Light::Spot(l) => Some(l.p),
+            Light::Goniometric(l) => Some(l.p()),
+            Light::Projection(l) => Some(l.p()),
+            Light::Dark
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_)
+            | Light::Area(_) => None,
+        }
+    }
+
+    /// A point in the middle of an emitting surface, and its normal.
+    pub(crate) fn surface_point(&self, light: LightId) -> Option<(Point, Dir)> {
+        match &self.list[light.index()] {
+            Light::Area(l) => {
+                let s = l.emitter.sample_area([0.4, 0.3]);
+                Some((s.p, s.n))
+            }
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_) => None,
         }
     }
 

@@ -36,6 +36,7 @@ impl Lights {
             pdf_position: None,
             pdf_direction: Some(pdf),
             is_infinite: false,
+            is_outside: true,
         };
         let from_infinity = |to_light: Dir, le: Spectrum, pdf: Option<Pdf<SolidAngle>>| {
             let p = self.world.point_on_disk(to_light, u_position);
@@ -49,6 +50,7 @@ impl Lights {
                 pdf_position: Some(self.world.disk_pdf()),
                 pdf_direction: pdf,
                 is_infinite: true,
+                is_outside: true,
             }
         };
         let sample = match &self.list[light.index()] {
@@ -98,12 +100,12 @@ impl Lights {
         let s = area.emitter.sample_area(u_position);
 
         // Half of the rays to either side if there are two; the number is used again.
-        let mut n = s.n;
+        let (mut n, mut is_outside) = (s.n, true);
         if area.two_sided {
             u_direction[0] *= 2.0;
             if u_direction[0] >= 1.0 {
                 u_direction[0] -= 1.0;
-                n = -n;
+                (n, is_outside) = (-n, false);
             }
         }
         let local = warp::cosine_hemisphere(u_direction);
@@ -120,6 +122,7 @@ impl Lights {
             pdf_position: Some(s.pdf),
             pdf_direction: Some(pdf),
             is_infinite: false,
+            is_outside,
         })
     }
 
