@@ -12,6 +12,7 @@ mod roulette;
 mod shared;
 mod site;
 mod subpath;
+mod walk;
 
 pub(crate) use density::{Estimate, Gathered, KERNEL, Kernel, RADIUS, RADIUS_PIXELS, Radius, Search};
 pub(crate) use direct::{DirectLight, LightStrategy, Tools, direct_in_medium, infinite_light_pdf, light_pdf};
@@ -25,4 +26,5 @@ pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, 
 pub(crate) use roulette::Roulette;
 pub(crate) use shared::Shared;
 pub(crate) use site::{MediumPoint, Site};
-pub(crate) use subpath::{Leaving, Place, Start, Subpath, Vertex, Walk};
+pub(crate) use subpath::{Leaving, Place, Subpath, Vertex};
+pub(crate) use walk::{Start, Walk};

@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use math::{Bounds, Dir, Vec3, trig};
+use math::{Bounds, Dir, Point, Vec3, trig};
 
 use super::{Light, Lights};
 use crate::LightId;
@@ -73,6 +73,39 @@ impl LightBounds {
 }
 
 impl Lights {
+    /// Where a light at a point is.
+    pub(crate) fn position(&self, light: LightId) -> Option<Point> {
+        match &self.list[light.index()] {
+            Light::Point(l) => Some(l.p),
+            Light::Spot(l) => Some(l.p),
+            Light::Goniometric(l) => Some(l.p()),
+            Light::Projection(l) => Some(l.p()),
+            Light::Dark
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_)
+            | Light::Area(_) => None,
+        }
+    }
+
+    /// A point in the middle of an emitting surface, and its normal.
+    pub(crate) fn surface_point(&self, light: LightId) -> Option<(Point, Dir)> {
+        match &self.list[light.index()] {
+            Light::Area(l) => {
+                let s = l.emitter.sample_area([0.4, 0.3]);
+                Some((s.p, s.n))
+            }
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_) => None,
+        }
+    }
+
     /// Bounds of a light at a finite place that emits; `None` for all others.
     pub(crate) fn light_bounds(&self, light: LightId) -> Option<LightBounds> {
         let at = |p: Vec3, intensity: f32| LightBounds {
