@@ -180,10 +180,10 @@ impl Estimate<'_> {
         };
         match self.search {
             Search::Radius(radius) => {
-                self.map.within(at.si.p, radius, |photon, d| add(photon, d, radius));
+                self.map.within(at.p(), radius, |photon, d| add(photon, d, radius));
             }
             Search::Nearest(k, radius) => {
-                self.map.nearest(at.si.p, k, radius, found);
+                self.map.nearest(at.p(), k, radius, found);
                 let full = found.len() == k;
                 let radius =
                     if full { found.pop().map_or(0.0, |last| last.distance_squared.sqrt()) } else { radius };

@@ -165,9 +165,10 @@ impl Photon {
     fn new(v: &Vertex, path: u32, depth: usize, is_caustic: bool, wl: &Wavelengths) -> Self {
         let flag = |is: bool, flag: u16| if is { flag } else { 0 };
         Self {
-            p: v.si.p,
-            ng: v.si.ng,
-            wi: v.si.wo,
+            p: v.p(),
+            // Media are refused: every vertex is a surface.
+            ng: v.place().n.unwrap_or(v.wo()),
+            wi: v.wo(),
             power: v.throughput.lanes(),
             forward: v.forward,
             reverse: v.reverse,
@@ -211,7 +212,7 @@ impl Photon {
     }
 
     pub(crate) fn place(&self) -> Place {
-        Place { p: self.p, n: Some(self.ng), is_infinite: false }
+        Place::on_surface(self.p, self.ng)
     }
 }
 
@@ -267,7 +268,7 @@ impl Keeper for Photons {
             place: start.start.place,
             is_hittable: !scene.lights.is_delta(start.light),
             emit: start.emit,
-            direct: direct_density(scene, &v.si.light_context(), start.light, &start.start.place, v.si.wo),
+            direct: direct_density(scene, &v.light_context(), start.light, &start.start.place, v.wo()),
             reverse: walk.start_reverse,
             first: self.vertices.len() as u32,
         });

@@ -140,7 +140,7 @@ impl Vertex {
 
     /// `f |cos θ|` towards `w`, from where photons come, over the cosine by which they are counted.
     pub(crate) fn gather(&self, w: Dir) -> Spectrum {
-        let cos_g = self.si.ng.abs_dot(w);
+        let cos_g = self.surface().map_or(1.0, |si| si.ng.abs_dot(w));
         let scattered = self.scatter(w, TransportMode::Radiance);
         if cos_g > 0.0 { scattered * (1.0 / cos_g) } else { Spectrum::ZERO }
     }

@@ -19,7 +19,7 @@ use crate::common::{
     RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -28,6 +28,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "photon maps with final gathering: caustics, also those seen in mirrors and through glass",
     misses: "nothing, but blurs caustics and shadows of indirect light over the radius of its search",
     unbiased: false,
+    refuses: refuses_media,
     parameters,
     make,
 };

@@ -18,14 +18,14 @@ use math::Ray;
 use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{LobeFlags, TransportMode};
-use scene::{LightContext, Scene, SurfaceInteraction};
+use scene::{LightContext, Scene};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::Counters;
 use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Estimate, Gathered, Kernel,
-    LightStrategy, Near, PathOutput, PhotonMap, Radius, Roulette, Search, Shared, Vertex, infinite_light_pdf,
-    light_pdf,
+    LightStrategy, Near, PathOutput, PhotonMap, Radius, Roulette, Search, Shared, Site, Vertex,
+    infinite_light_pdf, light_pdf,
 };
 
 /// What a walk does at the first diffuse surface.
@@ -148,8 +148,8 @@ impl GatherWalk {
                 return;
             }
             let vertex = Vertex {
-                si,
-                shading,
+                site: Site::Surface { si, shading },
+                medium: None,
                 throughput: on.throughput,
                 forward: 0.0,
                 reverse: 0.0,
@@ -163,7 +163,8 @@ impl GatherWalk {
 
     /// Collects what arrives at a surface and goes on; false if the walk ends.
     fn scatter(&self, scene: &Scene, vertex: &Vertex, on: &mut State, out: &mut Output<'_>) -> bool {
-        let flags = vertex.shading.bsdf.flags();
+        let Site::Surface { si, shading } = &vertex.site else { return false };
+        let flags = shading.bsdf.flags();
         let is_diffuse = flags.intersects(LobeFlags::DIFFUSE);
         let is_smooth = vertex.is_connectible();
         let gathers_all = is_diffuse && (on.is_gathering || self.at_diffuse == AtDiffuse::Raw);
@@ -175,13 +176,8 @@ impl GatherWalk {
         // Light of lamps, then photons: all, those that were scattered, or those of caustics.
         let counts = [1, n_rays.max(1)];
         if is_smooth && !gathers_all {
-            let here = DirectLight {
-                scene,
-                si: &vertex.si,
-                shading: &vertex.shading,
-                directions: DirectionSampling::Bsdf,
-                counts,
-            };
+            let here =
+                DirectLight { scene, si, shading, medium: None, directions: DirectionSampling::Bsdf, counts };
             let direct = here.sample(STRATEGY, out.sampler, out.wl, out.counters);
             out.sum.add(on.throughput * direct, false);
         }
@@ -194,10 +190,9 @@ impl GatherWalk {
         }
 
         // Go on. A diffuse surface ends the walk, but for its delta lobes and a look for the lamp.
-        let wo = vertex.shading.frame.to_local(vertex.si.wo);
+        let wo = shading.frame.to_local(si.wo);
         let sampler = &mut *out.sampler;
-        let Some(s) =
-            DirectionSampling::Bsdf.sample(&vertex.shading.bsdf, wo, sampler, TransportMode::Radiance)
+        let Some(s) = DirectionSampling::Bsdf.sample(&shading.bsdf, wo, sampler, TransportMode::Radiance)
         else {
             return false;
         };
@@ -224,7 +219,7 @@ impl GatherWalk {
         (only_caustics, only_scattered): (bool, bool),
         out: &mut Output<'_>,
     ) {
-        let radius = self.radius.at(scene, vertex.si.p, vertex.si.time);
+        let radius = self.radius.at(scene, vertex.p(), vertex.time());
         let map = self.caustic.as_ref().filter(|_| only_caustics).unwrap_or(&self.global);
         let search = match self.nearest {
             0 => Search::Radius(radius),
@@ -253,9 +248,10 @@ impl GatherWalk {
         counts: [u32; 2],
         out: &mut Output<'_>,
     ) {
-        let wo = vertex.shading.frame.to_local(vertex.si.wo);
+        let Site::Surface { si, shading } = &vertex.site else { return };
+        let wo = shading.frame.to_local(si.wo);
         let sampler = &mut *out.sampler;
-        let s = DirectionSampling::Bsdf.sample(&vertex.shading.bsdf, wo, sampler, TransportMode::Radiance);
+        let s = DirectionSampling::Bsdf.sample(&shading.bsdf, wo, sampler, TransportMode::Radiance);
         // Deltas are followed by the walk itself.
         let Some(s) = s.filter(|s| s.pdf.is_some()) else { return };
         let mut ray = State { is_gathering: true, ..*on };
@@ -284,7 +280,7 @@ impl GatherWalk {
 impl State {
     /// Leaves a surface.
     fn follow(&mut self, vertex: &Vertex, s: &DirectionSample, counts: [u32; 2]) {
-        let si: &SurfaceInteraction = &vertex.si;
+        let Site::Surface { si, shading } = &vertex.site else { return };
         self.throughput *= s.weight;
         self.eta_scale *= s.eta * s.eta;
         self.depth += 1;
@@ -293,7 +289,7 @@ impl State {
             (None, Before::Deltas) => Before::Deltas,
             (None, Before::Rival(..) | Before::Photons) => Before::Photons,
         };
-        self.ray = si.spawn_ray(vertex.shading.frame.to_world(s.wi));
+        self.ray = si.spawn_ray(shading.frame.to_world(s.wi));
     }
 }
 
