@@ -3,16 +3,21 @@
 //! | format  | where    | state                                   |
 //! |---------|----------|-----------------------------------------|
 //! | pbrt-v4 | `pbrt/`  | every directive; what renders: `scene`  |
+//! | Mitsuba | `mitsuba/` | XML of 3.x and 0.x; see its head for plug-ins |
 //! | PLY     | `mesh/`  | ASCII, binary of both endians, gzip     |
+//! | OBJ     | `mesh/`  | polygons; no materials                  |
+//! | serialized | `mesh/` | Mitsuba's own, versions 3 and 4        |
 //!
 //! A reader never panics on input: it collects diagnostics with file, line and column in a
 //! [`scene_desc::Sink`], as many as it can find in one go, and gives no scene if one of them is an error.
 
 mod load;
 mod mesh;
+mod mitsuba;
 mod pbrt;
 mod report;
+mod resources;
 mod source;
 mod suggest;
 
-pub use load::load;
+pub use load::{load, load_with};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use scene_desc::{SceneDesc, Sink, Span};
 
-use crate::pbrt;
+use crate::{mitsuba, pbrt};
 
 /// What a file seems to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,9 +18,20 @@ enum Format {
 /// Reads a scene file and all that it refers to. `None` if there was an error; then `sink` says which.
 /// The files that the diagnostics' spans name are in [`Sink::sources`].
 pub fn load(path: &Path, sink: &mut Sink) -> Option<SceneDesc> {
-    match format_of(path) {
+    load_with(path, &[], sink)
+}
+
+/// [`load`], with values for the file's `$parameters` by name. One that the file does not have is an error.
+pub fn load_with(path: &Path, defines: &[(String, String)], sink: &mut Sink) -> Option<SceneDesc> {
+    let format = format_of(path);
+    if let (Some((name, _)), Format::Pbrt | Format::Gltf) = (defines.first(), format) {
+        sink.error(Span::NONE, format!("the scene has no parameter `{name}`"))
+            .hint("-D sets a $parameter of a Mitsuba file; this one has none");
+        return None;
+    }
+    match format {
         Format::Pbrt => pbrt::load(path, sink),
-        Format::Mitsuba => not_there_yet(path, "Mitsuba XML", sink),
+        Format::Mitsuba => mitsuba::load(path, defines, sink),
         Format::Gltf => not_there_yet(path, "glTF", sink),
         Format::Unknown => {
             let span = Span::file(sink.add_source(path));
@@ -28,7 +39,7 @@ pub fn load(path: &Path, sink: &mut Sink) -> Option<SceneDesc> {
                 Ok(_) => "not a scene file that is known".to_owned(),
                 Err(e) => format!("cannot be read: {e}"),
             };
-            sink.error(span, message).hint("pbrt-v4 scenes end in .pbrt or .pbrt.gz");
+            sink.error(span, message).hint("scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)");
             None
         }
     }
@@ -37,7 +48,7 @@ pub fn load(path: &Path, sink: &mut Sink) -> Option<SceneDesc> {
 fn not_there_yet(path: &Path, what: &str, sink: &mut Sink) -> Option<SceneDesc> {
     let span = Span::file(sink.add_source(path));
     sink.error(span, format!("the reader for {what} is not there yet"))
-        .hint("pbrt-v4 scenes (.pbrt, .pbrt.gz) can be read");
+        .hint("scenes of pbrt (.pbrt, .pbrt.gz) and Mitsuba (.xml) can be read");
     None
 }
 

@@ -70,11 +70,7 @@ pub fn open(path: &Path, options: &SceneOptions, workers: &Workers, sink: &mut S
 /// Reads a scene file on the threads of `workers`, as it stands. `None`: `sink` says why.
 pub fn load(path: &Path, options: &SceneOptions, workers: &Workers, sink: &mut Sink) -> Option<SceneDesc> {
     workers.install(|| {
-        let desc = formats::load(path, sink)?;
-        if let Some((name, _)) = options.defines.first() {
-            sink.error(Span::NONE, format!("the scene has no parameter `{name}`"))
-                .hint("-D sets a $parameter of a Mitsuba file; this one has none");
-        }
+        let desc = formats::load_with(path, &options.defines, sink)?;
         (!is_refused(options, sink)).then_some(desc)
     })
 }

@@ -10,9 +10,9 @@ use scene_desc::{
     TextureId,
 };
 
-use super::resources::EncodingKey;
 use super::state::{Entities, InstanceEntity, Name, ObjectEntity, TransformSet};
 use crate::report::Report;
+use crate::resources::EncodingKey;
 use crate::{source, suggest};
 
 /// Wavelengths and values.

@@ -1,7 +1,7 @@
 //! Files that a scene refers to: images (looked for and hashed, not decoded) and PLY meshes (read in parallel).
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 use scene_desc::{ColorSpaceName, ImageDesc, ImageEncoding, ImageId, Span};
@@ -10,27 +10,7 @@ use super::build::Build;
 use super::params::Params;
 use super::state::ShapeEntity;
 use crate::mesh::ply::{self, Ply};
-use crate::source;
-
-/// An encoding that can be compared: the same file with the same encoding is one image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum EncodingKey {
-    Auto,
-    Srgb,
-    Linear,
-    Gamma(u32),
-}
-
-impl From<ImageEncoding> for EncodingKey {
-    fn from(encoding: ImageEncoding) -> Self {
-        match encoding {
-            ImageEncoding::Auto => Self::Auto,
-            ImageEncoding::Srgb => Self::Srgb,
-            ImageEncoding::Linear => Self::Linear,
-            ImageEncoding::Gamma(g) => Self::Gamma(g.to_bits()),
-        }
-    }
-}
+use crate::resources;
 
 impl Build<'_, '_> {
     /// The path that a file name in the scene means.
@@ -48,7 +28,7 @@ impl Build<'_, '_> {
         if let Some(id) = self.images.get(&key) {
             return Some(*id);
         }
-        if let Err(e) = readable(&path) {
+        if let Err(e) = resources::readable(&path) {
             if self.report.first(&format!("image {}", path.display())) {
                 self.report
                     .error(span, format!("image {} cannot be read: {e}", path.display()))
@@ -75,17 +55,8 @@ impl Build<'_, '_> {
 
     /// Adds the hashes of all images to the scene's.
     pub(super) fn hash_images(&mut self) {
-        let hashes: Vec<_> = self.scene.images.par_iter().map(|i| source::hash(&i.path)).collect();
-        for (image, hash) in self.scene.images.iter().zip(hashes) {
-            match hash {
-                Ok(hash) => self.hashes.push(hash),
-                Err(e) => {
-                    self.report
-                        .error(image.span, format!("image {} cannot be read: {e}", image.path.display()))
-                        .hint("it was there a moment ago");
-                }
-            }
-        }
+        let hashes = resources::hash_images(&self.scene.images, self.report);
+        self.hashes.extend(hashes);
     }
 
     /// Reads every PLY file that shapes name, once and in parallel.
@@ -121,13 +92,5 @@ impl Build<'_, '_> {
             }
         }
         plys
-    }
-}
-
-fn readable(path: &Path) -> Result<(), String> {
-    match std::fs::metadata(path) {
-        Ok(m) if m.is_file() => std::fs::File::open(path).map(drop).map_err(|e| e.to_string()),
-        Ok(_) => Err("not a regular file".into()),
-        Err(e) => Err(e.to_string()),
     }
 }
