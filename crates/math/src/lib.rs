@@ -19,7 +19,7 @@ pub mod trig;
 
 pub use bounds::{Bounds, Bounds2i};
 pub use frame::Frame;
-pub use glam::{DMat4, DVec3, DVec4, Mat4, UVec2, Vec2, Vec3, Vec4};
+pub use glam::{DMat4, DVec3, DVec4, Mat2, Mat4, UVec2, Vec2, Vec3, Vec4};
 pub use motion::AnimatedTransform;
 pub use ray::Ray;
 pub use space::{Dir, LocalDir, Point};

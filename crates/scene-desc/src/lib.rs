@@ -20,7 +20,7 @@ pub use camera::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
 pub use diagnostic::{Diagnostic, FileId, Severity, Sink, SourceMap, Span};
 pub use film::{FilmDesc, FilterDesc, SensorDesc};
 pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc};
-pub use light::{AreaLightDesc, Illuminant, LightDesc, LightKind};
+pub use light::{AreaLightDesc, FovAxis, Illuminant, LightDesc, LightKind, SpotFalloff, Throw};
 pub use material::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness,
     SubsurfaceProfile, Tint,

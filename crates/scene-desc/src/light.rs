@@ -64,6 +64,8 @@ pub enum LightKind {
         cone_angle: f32,
         /// Width of the falloff inside the cone, in degrees.
         cone_delta: f32,
+        /// How it falls.
+        falloff: SpotFalloff,
         /// Total power instead of intensity.
         power: Option<f32>,
     },
@@ -115,13 +117,63 @@ pub enum LightKind {
     Projection {
         /// The slide.
         image: ImageId,
-        /// Full field of view of the shorter side, in degrees.
+        /// Full field of view in degrees, along what `throw` says.
         fov: f32,
+        /// How the slide is thrown.
+        throw: Throw,
         /// Factor on intensity.
         scale: f32,
         /// Total power instead of intensity.
         power: Option<f32>,
     },
+}
+
+/// How a spot falls from full to no intensity across the border of its cone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SpotFalloff {
+    /// A smoothstep of the cosine, as in pbrt.
+    #[default]
+    Smooth,
+    /// Linear in the angle, as in Mitsuba.
+    Linear,
+}
+
+/// How a slide is thrown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Throw {
+    /// The shorter side spans the field of view; intensity is the slide's value (pbrt). Pixels have sharp borders.
+    #[default]
+    Intensity,
+    /// The slide's value is the irradiance on the plane at distance one, over π: intensity grows by `1 / cos³ θ`
+    /// (Mitsuba's projector). Interpolated.
+    Irradiance {
+        /// What the field of view spans.
+        axis: FovAxis,
+    },
+    /// The slide, whatever its sides, fills the square around a cone; intensity falls linearly in the angle at the cone's
+    /// border (Mitsuba's textured spot). Interpolated; the field of view is not used.
+    Cone {
+        /// Half angle of the cone, in degrees.
+        cone_angle: f32,
+        /// Width of the falloff inside the cone, in degrees.
+        cone_delta: f32,
+    },
+}
+
+/// Along what a field of view is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FovAxis {
+    /// The width.
+    #[default]
+    X,
+    /// The height.
+    Y,
+    /// From corner to corner.
+    Diagonal,
+    /// The shorter side.
+    Smaller,
+    /// The longer side.
+    Larger,
 }
 
 /// A surface that emits.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use math::{Transform, Vec3};
+use math::{Transform, Vec2, Vec3};
 
 use crate::{ColorSpaceName, ImageId, Span, SpectrumDesc, TextureId};
 
@@ -264,6 +264,18 @@ pub enum Mapping2d {
         scale: [f32; 2],
         /// Shift of u and v.
         shift: [f32; 2],
+    },
+    /// The surface's own u, v, turned and sheared as well: `(s, t) = u · u + v · v + shift`.
+    Affine {
+        /// What u adds.
+        #[schemars(with = "[f32; 2]")]
+        u: Vec2,
+        /// What v adds.
+        #[schemars(with = "[f32; 2]")]
+        v: Vec2,
+        /// Shift of s and t.
+        #[schemars(with = "[f32; 2]")]
+        shift: Vec2,
     },
     /// Angles of a sphere around the texture's origin.
     Spherical(Transform),

@@ -3,6 +3,7 @@
 use math::{AnimatedTransform, Bounds, Dir, Point, Transform, Vec3};
 use scene_desc::{
     AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, LightSelection, Sink, Span, SpectrumDesc,
+    SpotFalloff,
 };
 use spectrum::{ColorMode, ColorPipeline, ColorSpace, Wavelengths};
 use steradian_scene::{
@@ -40,7 +41,15 @@ fn lights(n: u64, sky: bool) -> Lights {
         let (from, intensity) = (place(1, i), white(0.1 + uniform_pair(2, i)[0]));
         add(LightKind::Point { intensity: intensity.clone(), from, power: None });
         let to = from + place(3, i);
-        add(LightKind::Spot { intensity, from, to, cone_angle: 35.0, cone_delta: 10.0, power: None });
+        add(LightKind::Spot {
+            intensity,
+            from,
+            to,
+            cone_angle: 35.0,
+            cone_delta: 10.0,
+            falloff: SpotFalloff::Smooth,
+            power: None,
+        });
     }
     // The others: small triangles, every fifth two-sided.
     for i in 0..n - 2 * (n / 4) {
@@ -212,8 +221,15 @@ fn a_spot_with_a_hard_edge_is_chosen_where_it_shines() {
     let mut sink = Sink::default();
     let mut builder = LightsBuilder::new(ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb), &no_images);
     let (from, to) = (Vec3::Z, Vec3::ZERO);
-    let kind =
-        LightKind::Spot { intensity: white(1.0), from, to, cone_angle: 20.0, cone_delta: 0.0, power: None };
+    let kind = LightKind::Spot {
+        intensity: white(1.0),
+        from,
+        to,
+        cone_angle: 20.0,
+        cone_delta: 0.0,
+        falloff: SpotFalloff::Smooth,
+        power: None,
+    };
     let world_from_light = AnimatedTransform::fixed(Transform::IDENTITY);
     builder.add_light(&LightDesc { kind, world_from_light, medium: None, span: Span::NONE }, &mut sink);
     let lights = builder.finish(Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) });

@@ -10,8 +10,8 @@ use math::{AnimatedTransform, Bounds, DVec3, Dir, Frame, Point, Transform, Vec2,
 use sampling::{Pdf, SolidAngle};
 use scatter::Density;
 use scene_desc::{
-    AreaLightDesc, ColorSpaceName, Illuminant, ImageId, LightDesc, LightKind, Sink, Span, SpectrumDesc,
-    SphericalMapping,
+    AreaLightDesc, ColorSpaceName, FovAxis, Illuminant, ImageId, LightDesc, LightKind, Sink, Span,
+    SpectrumDesc, SphericalMapping, SpotFalloff, Throw,
 };
 use spectrum::{ColorMode, ColorPipeline, ColorSpace, Wavelengths};
 use steradian_scene::{
@@ -99,20 +99,36 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
         to,
         cone_angle,
         cone_delta,
+        falloff: SpotFalloff::Smooth,
         power: None,
     };
+    let linear_spot = LightKind::Spot {
+        intensity: white(3.0),
+        from,
+        to,
+        cone_angle: 40.0,
+        cone_delta: 15.0,
+        falloff: SpotFalloff::Linear,
+        power: None,
+    };
+    let thrown =
+        |throw| LightKind::Projection { image: ImageId(1), fov: 50.0, scale: 2.0, power: None, throw };
     let goniometric =
         || LightKind::Goniometric { intensity: white(2.0), image: Some(ImageId(0)), power: None };
-    let projection = || LightKind::Projection { image: ImageId(1), fov: 50.0, scale: 2.0, power: None };
+    let projection = || thrown(Throw::Intensity);
+    let cone = Throw::Cone { cone_angle: 35.0, cone_delta: 10.0 };
     let constant = LightKind::InfiniteConstant { radiance: white(0.4), illuminance: None };
     let light = only_light;
     vec![
         ("point", light(LightKind::Point { intensity: white(2.0), from, power: None }, turned())),
         ("spot", light(spot(40.0, 15.0), turned())),
         ("wide spot", light(spot(120.0, 120.0), turned())),
+        ("linear spot", light(linear_spot, turned())),
         ("goniometric", light(goniometric(), turned())),
         ("goniometric, uneven scale", light(goniometric(), uneven())),
         ("projection", light(projection(), aimed())),
+        ("even projection", light(thrown(Throw::Irradiance { axis: FovAxis::Y }), aimed())),
+        ("spot with an image", light(thrown(cone), aimed())),
         (
             "projection, uneven scale",
             light(projection(), aimed() * Transform::scale(DVec3::new(1.3, -0.6, 0.9)).unwrap()),
@@ -586,7 +602,13 @@ fn emitted_directions_follow_their_density() {
 #[test]
 fn a_projectors_directions_follow_its_slide() {
     for t in [turned(), uneven()] {
-        let kind = LightKind::Projection { image: ImageId(0), fov: 50.0, scale: 2.0, power: None };
+        let kind = LightKind::Projection {
+            image: ImageId(0),
+            fov: 50.0,
+            scale: 2.0,
+            power: None,
+            throw: Throw::Intensity,
+        };
         let lights = only_light(kind, t);
         let half = f64::from(trig::tan(25.0_f32.to_radians()));
         let settings = Chi2Settings { cells: [16, 16], ..Chi2Settings::default() };
@@ -715,6 +737,7 @@ fn stated_powers_and_illuminances_are_kept() {
         to,
         cone_angle: 50.0,
         cone_delta: 20.0,
+        falloff: SpotFalloff::Smooth,
         power: Some(7.0),
     };
     near(luminance(&only_light(spot, turned())), 7.0, "spot");
@@ -737,7 +760,13 @@ fn stated_powers_and_illuminances_are_kept() {
     near(lights.power(LightId(0)), 7.0, "first triangle");
     near(lights.power(LightId(1)), 7.0, "second triangle");
     // A projector's power is of its luminance.
-    let projection = LightKind::Projection { image: ImageId(1), fov: 50.0, scale: 9.0, power: Some(7.0) };
+    let projection = LightKind::Projection {
+        image: ImageId(1),
+        fov: 50.0,
+        scale: 9.0,
+        power: Some(7.0),
+        throw: Throw::Intensity,
+    };
     let lights = only_light(projection, turned());
     let m = Moments::of((0..50_000).map(|i| {
         let s = lights.sample_emission(FIRST, [0.5; 2], uniform_pair(11, i), 0.0, &L);

@@ -53,9 +53,15 @@ pub(crate) fn parse(bytes: &[u8], hash: u64) -> Result<ShapeFile, PlyError> {
         let mut words = text.split_ascii_whitespace();
         let wrong = |what: &str| PlyError::new(format!("line {}: {what}", i + 1), "the file is damaged");
         match words.next() {
-            Some("v") => lists.positions.push(Vec3::from_array(floats(words).ok_or_else(|| wrong("no vertex"))?)),
-            Some("vn") => lists.normals.push(Vec3::from_array(floats(words).ok_or_else(|| wrong("no normal"))?)),
-            Some("vt") => lists.uvs.push(Vec2::from_array(floats(words).ok_or_else(|| wrong("no coordinates"))?)),
+            Some("v") => {
+                lists.positions.push(Vec3::from_array(floats(words).ok_or_else(|| wrong("no vertex"))?))
+            }
+            Some("vn") => {
+                lists.normals.push(Vec3::from_array(floats(words).ok_or_else(|| wrong("no normal"))?))
+            }
+            Some("vt") => {
+                lists.uvs.push(Vec2::from_array(floats(words).ok_or_else(|| wrong("no coordinates"))?))
+            }
             Some("f") => {
                 face.clear();
                 for word in words {

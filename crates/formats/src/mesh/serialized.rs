@@ -44,7 +44,10 @@ fn array<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
 /// Reads the shape of an index from a file's bytes.
 pub(crate) fn parse(bytes: &[u8], index: u32, hash: u64) -> Result<ShapeFile, PlyError> {
     let Some(version) = version_at(bytes, 0) else {
-        return Err(PlyError::new("no serialized mesh: it does not begin with 0x041C", "is it the right file?"));
+        return Err(PlyError::new(
+            "no serialized mesh: it does not begin with 0x041C",
+            "is it the right file?",
+        ));
     };
     let Some(n) = bytes.len().checked_sub(4).and_then(|at| array(bytes, at)).map(u32::from_le_bytes) else {
         return damaged("has no list of shapes");
@@ -64,7 +67,8 @@ pub(crate) fn parse(bytes: &[u8], index: u32, hash: u64) -> Result<ShapeFile, Pl
         }
     };
     let begin = offset(index).and_then(|b| usize::try_from(b).ok()).filter(|b| *b < list);
-    let end = if index + 1 < n { offset(index + 1).and_then(|e| usize::try_from(e).ok()) } else { Some(list) };
+    let end =
+        if index + 1 < n { offset(index + 1).and_then(|e| usize::try_from(e).ok()) } else { Some(list) };
     let (Some(begin), Some(end)) = (begin, end) else { return damaged("a shape begins outside of the file") };
     let end = if (begin..=list).contains(&end) { end } else { list };
     let Some(version) = version_at(bytes, begin) else { return damaged("a shape without its beginning") };

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use math::{AnimatedTransform, Transform, Vec3};
 use scene_desc::{
-    ImageDesc, ImageEncoding, ImageId, MaterialId, MediumId, ObjectId, SceneDesc, Span, TextureId,
+    ImageDesc, ImageEncoding, ImageId, MaterialId, MediumId, MeshDesc, ObjectId, SceneDesc, Span, TextureId,
     TextureKind,
 };
 
+use super::meshes::MeshKey;
 use super::text;
 use super::tree::{Class, Node, NodeId, Prop, Tree, Value};
 use crate::mesh::shape_file::ShapeFile;
@@ -28,6 +29,7 @@ pub(super) struct Build<'t, 'r, 's> {
     pub(super) objects: HashMap<NodeId, Option<ObjectId>>,
     pub(super) images: HashMap<(PathBuf, EncodingKey), ImageId>,
     pub(super) files: HashMap<(PathBuf, u32), Option<Arc<ShapeFile>>>,
+    pub(super) meshes: HashMap<MeshKey, Arc<MeshDesc>>,
     pub(super) hashes: Vec<u64>,
     /// Objects within objects that are being built, for references that go round in a circle.
     pub(super) building: Vec<NodeId>,
@@ -46,6 +48,7 @@ pub(super) fn build(tree: &Tree, report: &mut Report<'_>) -> SceneDesc {
         objects: HashMap::new(),
         images: HashMap::new(),
         files: HashMap::new(),
+        meshes: HashMap::new(),
         hashes: tree.hashes.clone(),
         building: Vec::new(),
         default_material: None,
@@ -112,8 +115,11 @@ impl<'t> Build<'t, '_, '_> {
                 if found.is_none() && self.report.first(&format!("unknown id {:?}", p.span)) {
                     let mut known: Vec<_> = self.tree.ids.keys().map(String::as_str).collect();
                     known.sort_unstable();
-                    let hint = if known.is_empty() { "nothing has an id".into() } else { suggest::hint(id, &known) };
-                    self.report.error(p.span, format!("nothing has the id \"{}\"", text::show(id))).hint(hint);
+                    let hint =
+                        if known.is_empty() { "nothing has an id".into() } else { suggest::hint(id, &known) };
+                    self.report
+                        .error(p.span, format!("nothing has the id \"{}\"", text::show(id)))
+                        .hint(hint);
                 }
                 p.used.set(true);
                 found
@@ -192,7 +198,9 @@ impl<'t> Build<'t, '_, '_> {
             return u32::try_from(n).unwrap_or(default);
         }
         let (a, b) = (range.start(), range.end());
-        self.report.error(node.span_of(name), format!("\"{name}\" is {n}")).hint(format!("expected {a} to {b}"));
+        self.report
+            .error(node.span_of(name), format!("\"{name}\" is {n}"))
+            .hint(format!("expected {a} to {b}"));
         default
     }
 
@@ -284,7 +292,12 @@ impl<'t> Build<'t, '_, '_> {
     }
 
     /// Reports an error and gives nothing.
-    pub(super) fn refuse<T>(&mut self, span: Span, message: impl Into<String>, hint: impl Into<String>) -> Option<T> {
+    pub(super) fn refuse<T>(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Option<T> {
         self.report.error(span, message).hint(hint);
         None
     }

@@ -31,8 +31,26 @@ const LONGEST_TEXT: usize = 1 << 26;
 
 /// Elements that are no objects.
 const ELEMENTS: [&str; 20] = [
-    "float", "integer", "boolean", "string", "vector", "point", "rgb", "srgb", "spectrum", "blackbody",
-    "transform", "animation", "ref", "include", "default", "path", "alias", "translate", "rotate", "scale",
+    "float",
+    "integer",
+    "boolean",
+    "string",
+    "vector",
+    "point",
+    "rgb",
+    "srgb",
+    "spectrum",
+    "blackbody",
+    "transform",
+    "animation",
+    "ref",
+    "include",
+    "default",
+    "path",
+    "alias",
+    "translate",
+    "rotate",
+    "scale",
 ];
 
 /// A `$parameter`.
@@ -58,7 +76,8 @@ pub(super) fn read(path: &Path, defines: &[(String, String)], report: &mut Repor
             parameters.push(p);
         }
     }
-    let mut reader = Reader { report, tree: Tree::default(), parameters, open: Vec::new(), n_files: 0, n_elements: 0 };
+    let mut reader =
+        Reader { report, tree: Tree::default(), parameters, open: Vec::new(), n_files: 0, n_elements: 0 };
     reader.file(path, Span::file(file), None, &[]);
     let unused = reader.parameters.iter().filter(|p| p.unused).map(|p| p.name.clone());
     for name in unused.collect::<Vec<_>>() {
@@ -138,7 +157,6 @@ impl Reader<'_, '_> {
                     props: Vec::new(),
                     span,
                     dirs: Rc::clone(&file.dirs),
-                    is_old,
                     asked: RefCell::default(),
                 };
                 self.tree.nodes.push(node);
@@ -170,7 +188,8 @@ impl Reader<'_, '_> {
         let source = match source::read(path) {
             Ok(source) => source,
             Err(e) => {
-                let hint = if self.open.is_empty() && e.is_absent() { "is it the right path?" } else { e.hint() };
+                let hint =
+                    if self.open.is_empty() && e.is_absent() { "is it the right path?" } else { e.hint() };
                 self.report.error(asked_at, format!("{} cannot be read: {e}", path.display())).hint(hint);
                 return None;
             }
@@ -324,7 +343,6 @@ impl Reader<'_, '_> {
             props: Vec::new(),
             span: attributes.span,
             dirs: Rc::clone(&file.dirs),
-            is_old: file.is_old,
             asked: RefCell::default(),
         });
         if let Some(id) = id {
@@ -366,7 +384,11 @@ impl Reader<'_, '_> {
         let mut list = Vec::new();
         for a in xml.attributes() {
             let value = a.value();
-            let value = if value.contains('$') { Cow::Owned(self.substitute(value, span)?) } else { Cow::Borrowed(value) };
+            let value = if value.contains('$') {
+                Cow::Owned(self.substitute(value, span)?)
+            } else {
+                Cow::Borrowed(value)
+            };
             list.push((a.name(), value));
         }
         Some(Attributes { list, span })
@@ -387,7 +409,9 @@ impl Reader<'_, '_> {
                     Some(near) => format!("did you mean ${near}?"),
                     None => format!("give it a value with -D {word}=…, or by <default name=\"{word}\" …/>"),
                 };
-                self.report.error(span, format!("the parameter ${} has no value", text::show(&word))).hint(hint);
+                self.report
+                    .error(span, format!("the parameter ${} has no value", text::show(&word)))
+                    .hint(hint);
                 return None;
             };
             p.unused = false;
@@ -471,7 +495,9 @@ impl Reader<'_, '_> {
         let span = file.lines.span(xml.range().start);
         keys.sort_by(|a, b| a.0.total_cmp(&b.0));
         if keys.len() > 2 {
-            self.report.warning(span, format!("an animation of {} keys", keys.len())).hint("the first and the last are used");
+            self.report
+                .warning(span, format!("an animation of {} keys", keys.len()))
+                .hint("the first and the last are used");
         }
         let (Some(first), Some(last)) = (keys.first(), keys.last()) else {
             self.report.error(span, "an animation without keys").hint("expected <transform time=\"…\">");

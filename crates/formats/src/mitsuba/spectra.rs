@@ -14,9 +14,9 @@ use std::sync::Arc;
 
 use scene_desc::{Illuminant, Span, SpectrumDesc};
 
+use super::build::Build;
 use super::text;
 use super::tree::{Node, Value};
-use super::build::Build;
 use crate::{source, suggest};
 
 /// Wavelengths and values.
@@ -102,7 +102,8 @@ pub(super) fn from_file(path: &Path) -> Result<(Pairs, u64), String> {
 }
 
 /// The plug-ins that are spectra.
-pub(super) const PLUGINS: [&str; 7] = ["uniform", "d65", "blackbody", "srgb", "regular", "irregular", "rawconstant"];
+pub(super) const PLUGINS: [&str; 7] =
+    ["uniform", "d65", "blackbody", "srgb", "regular", "irregular", "rawconstant"];
 
 impl Build<'_, '_, '_> {
     /// A spectrum that is a plug-in; `None` if it is a texture, or wrong.
@@ -123,7 +124,13 @@ impl Build<'_, '_, '_> {
             "srgb" => match node.find("color").map(|p| &p.value) {
                 Some(Value::Rgb(rgb)) => Spectral::Rgb(*rgb),
                 Some(Value::Vector(v)) => Spectral::Rgb(v.map(|x| x as f32)),
-                _ => return self.refuse(node.span, "a colour without \"color\"", "add <rgb name=\"color\" …/>"),
+                _ => {
+                    return self.refuse(
+                        node.span,
+                        "a colour without \"color\"",
+                        "add <rgb name=\"color\" …/>",
+                    );
+                }
             },
             "blackbody" => {
                 let kelvin = self.float(node, "temperature", 5000.0);

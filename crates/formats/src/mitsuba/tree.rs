@@ -88,8 +88,6 @@ pub(super) struct Node {
     pub(super) span: Span,
     /// Where its file names are looked for, first to last.
     pub(super) dirs: Rc<Vec<PathBuf>>,
-    /// Written for a version before 2.0.
-    pub(super) is_old: bool,
     /// All names that were asked for, for hints.
     pub(super) asked: std::cell::RefCell<Vec<&'static str>>,
 }

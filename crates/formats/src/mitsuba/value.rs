@@ -124,7 +124,9 @@ fn spectrum<'a>(get: &impl Fn(&str) -> Option<&'a str>, dirs: &[PathBuf]) -> Rea
             // Version 0.x, built for RGB.
             Ok([r, g, b]) => Ok((Value::Rgb([*r, *g, *b].map(|x| x as f32)), None)),
             Ok(other) => wrong(format!("{} numbers", other.len()), "expected one, or wavelength:value, …"),
-            Err(item) => wrong(format!("\"{}\" is no number", text::show(item)), "expected wavelength:value, …"),
+            Err(item) => {
+                wrong(format!("\"{}\" is no number", text::show(item)), "expected wavelength:value, …")
+            }
         };
     }
     let mut pairs = Vec::new();

@@ -1,7 +1,7 @@
 //! `LightSource` and `AreaLightSource`.
 
 use math::Vec3;
-use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind, SphericalMapping};
+use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind, SphericalMapping, SpotFalloff, Throw};
 
 use super::build::Build;
 use super::params::{Params, Type};
@@ -89,7 +89,15 @@ impl Build<'_, '_> {
                 .hint(format!("expected 0 to {cone_angle}, the cone's own angle"));
         }
         let intensity = self.illuminant(p, "I");
-        LightKind::Spot { intensity, from, to, cone_angle, cone_delta, power: self.positive(p, "power") }
+        LightKind::Spot {
+            intensity,
+            from,
+            to,
+            cone_angle,
+            cone_delta,
+            falloff: SpotFalloff::Smooth,
+            power: self.positive(p, "power"),
+        }
     }
 
     fn projection(&mut self, entity: &Entity) -> Option<LightKind> {
@@ -106,7 +114,7 @@ impl Build<'_, '_> {
             return self.refuse(entity.span, "light \"projection\" has no \"filename\"", hint);
         }
         let image = self.image_param(p, "filename", ImageEncoding::Auto)?;
-        Some(LightKind::Projection { image, fov, scale, power })
+        Some(LightKind::Projection { image, fov, scale, power, throw: Throw::Intensity })
     }
 
     fn infinite(&mut self, entity: &Entity) -> Option<LightKind> {

@@ -10,15 +10,15 @@
 use std::f32::consts::{PI, TAU};
 
 use math::{Bounds, Dir, Frame, Point, Transform, Vec3, trig};
-use sampling::distribution::PiecewiseConstant2D;
 use sampling::warp;
 use scene_desc::{AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, Sink, Span, SphericalMapping};
 use spectrum::ColorPipeline;
 
 use super::area::AreaLight;
-use super::delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, ScalarImage, SpotLight};
+use super::delta::{DistantLight, GoniometricLight, PointLight, ScalarImage, SpotLight};
 use super::emission::{Emission, ImageEmission, LightImage, Lookup};
 use super::infinite::{InfiniteConstant, InfiniteImage};
+use super::projection::projection;
 use super::source::{EmitterSource, emitters};
 use super::{Light, Lights};
 use crate::LightId;
@@ -174,24 +174,28 @@ impl<'b> Placed<'b> {
             LightKind::Goniometric { intensity, image, power } => {
                 self.goniometric((intensity, *image, *power), sink)
             }
-            LightKind::Projection { image, fov, scale, power } => {
+            LightKind::Projection { image, fov, scale, power, throw } => {
                 let image = self.image(*image, sink);
-                self.projection(image, *fov, *scale, *power)
+                projection(self.map, image, (*fov, *throw), (*scale, *power), self.colors)
             }
         }
     }
 
     fn spot(&self, kind: &LightKind, sink: &mut Sink) -> Option<Light> {
-        let LightKind::Spot { intensity, from, to, cone_angle, cone_delta, power } = kind else {
+        let LightKind::Spot { intensity, from, to, cone_angle, cone_delta, falloff, power } = kind else {
             return None;
         };
         let cos_start = trig::cos((cone_angle - cone_delta).max(0.0).to_radians());
         let cos_end = trig::cos(cone_angle.to_radians());
-        let solid_angle = TAU * ((1.0 - cos_start) + 0.5 * (cos_start - cos_end));
-        let intensity = self.emission(intensity, power.map(|p| p / solid_angle), sink)?;
         let frame = Frame::from_normal(self.dir(*to - *from, sink)?);
         let p = self.world_from_light.point(Point(*from));
-        (solid_angle > 0.0).then_some(Light::Spot(SpotLight { p, frame, cos_start, cos_end, intensity }))
+        let intensity = self.emission(intensity, None, sink)?;
+        let mut spot = SpotLight { p, frame, cos_start, cos_end, falloff: *falloff, intensity };
+        let solid_angle = spot.solid_angle();
+        if let (LightKind::Spot { intensity, .. }, Some(power)) = (kind, power) {
+            spot.intensity = self.emission(intensity, Some(power / solid_angle), sink)?;
+        }
+        (solid_angle > 0.0).then_some(Light::Spot(spot))
     }
 
     fn goniometric(
@@ -214,39 +218,6 @@ impl<'b> Placed<'b> {
         Some(Light::Goniometric(Box::new(GoniometricLight { world_from_light, intensity, factor })))
     }
 
-    fn projection(&self, image: LightImage, fov: f32, scale: f32, power: Option<f32>) -> Option<Light> {
-        let [width, height] = image.size();
-        let aspect = width as f32 / height as f32;
-        let tan = trig::tan(0.5 * fov.to_radians());
-        let half = [tan * aspect.max(1.0), tan * (1.0 / aspect).max(1.0)];
-        let pixel = [half[0] / width as f32, half[1] / height as f32];
-        let n_pixels = (width * height) as f32;
-        // Solid angle of the pixel around a place on the slide.
-        let solid_angle = |uv: [f32; 2]| {
-            let (x, y) = ((2.0 * uv[0] - 1.0) * half[0], (2.0 * uv[1] - 1.0) * half[1]);
-            pixel_solid_angle([x - pixel[0], x + pixel[0]], [y - pixel[1], y + pixel[1]])
-        };
-        let factor = power
-            .map_or(1.0, |p| p / (n_pixels * image.mean(|rgb, uv| image.luminance(rgb) * solid_angle(uv))));
-        let slide = ImageEmission::new(image, scale * factor, Lookup::Nearest, self.colors);
-        let weights: Vec<f32> = slide
-            .image()
-            .pixels()
-            .iter()
-            .enumerate()
-            .map(|(i, &rgb)| {
-                let center = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
-                let uv = [center[0] / width as f32, center[1] / height as f32];
-                slide.size_of(rgb) * solid_angle(uv) * n_pixels
-            })
-            .collect();
-        let distribution = PiecewiseConstant2D::new(&weights, width)?;
-        (distribution.integral() > 0.0).then(|| {
-            let world_from_light = self.map;
-            Light::Projection(Box::new(ProjectionLight { world_from_light, slide, half, distribution }))
-        })
-    }
-
     /// `None` if it is black.
     fn emission(&self, illuminant: &Illuminant, factor: Option<f32>, sink: &mut Sink) -> Option<Emission> {
         let e = Emission::new(illuminant, factor.unwrap_or(1.0), self.colors, self.span, sink);
@@ -266,15 +237,6 @@ impl<'b> Placed<'b> {
         }
         d.map(Dir)
     }
-}
-
-/// Solid angle of a rectangle on the plane z = 1, seen from the origin.
-fn pixel_solid_angle(x: [f32; 2], y: [f32; 2]) -> f32 {
-    let corner = |x: f32, y: f32| {
-        let (x, y) = (f64::from(x), f64::from(y));
-        trig::f64::atan2(x * y, (1.0 + x * x + y * y).sqrt())
-    };
-    (corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])) as f32
 }
 
 fn check_pixels(image: &LightImage, span: Span, sink: &mut Sink) {

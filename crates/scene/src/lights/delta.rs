@@ -3,7 +3,7 @@
 //! | light       | intensity                                                      | source             |
 //! |-------------|----------------------------------------------------------------|--------------------|
 //! | point       | constant                                                       | [PBR4e], sec. 12.2 |
-//! | spot        | `smoothstep(cos θ_end, cos θ_start, cos θ)`                    | [PBR4e], sec. 12.2.1 |
+//! | spot        | `smoothstep(cos θ_end, cos θ_start, cos θ)`, or linear in θ    | [PBR4e], sec. 12.2.1 |
 //! | projection  | the slide's pixel at the direction's perspective projection    | [PBR4e], sec. 12.2.2 |
 //! | goniometric | a factor from an equal-area image                              | [PBR4e], sec. 12.2.3 |
 //! | distant     | one direction, from outside of the scene                       | [PBR4e], sec. 12.3 |
@@ -16,6 +16,7 @@ use std::f32::consts::{PI, TAU};
 use math::{Dir, Frame, LocalDir, Point, Vec3, trig};
 use sampling::distribution::{PiecewiseConstant2D, Sample2D};
 use sampling::{Pdf, SolidAngle, warp};
+use scene_desc::SpotFalloff;
 use spectrum::{Spectrum, Wavelengths};
 
 use super::emission::{Emission, ImageEmission};
@@ -36,7 +37,46 @@ pub(crate) struct SpotLight {
     /// Here the falloff starts, and here it ends.
     pub(super) cos_start: f32,
     pub(super) cos_end: f32,
+    pub(super) falloff: SpotFalloff,
     pub(super) intensity: Emission,
+}
+
+/// How intensity depends on the angle to the axis, besides the slide.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Profile {
+    /// Not at all.
+    Even,
+    /// `1 / cos³ θ`: even irradiance on a plane across the axis.
+    Plane,
+    /// Linear in the angle from `start` (radians) to zero at `end`.
+    Cone {
+        /// Full up to here.
+        start: f32,
+        /// Nothing from here.
+        end: f32,
+    },
+}
+
+impl Profile {
+    /// For the tangent of the angle to the axis.
+    pub(super) fn at(self, tan: f32) -> f32 {
+        match self {
+            Self::Even => 1.0,
+            Self::Plane => {
+                let s = (1.0 + tan * tan).sqrt();
+                s * s * s
+            }
+            Self::Cone { start, end } => linear_falloff(trig::atan(tan), start, end),
+        }
+    }
+}
+
+/// One up to `start`, zero from `end`, a straight line between.
+fn linear_falloff(angle: f32, start: f32, end: f32) -> f32 {
+    if angle <= start {
+        return 1.0;
+    }
+    if angle >= end { 0.0 } else { (end - angle) / (end - start) }
 }
 
 /// From one point, with an image of directions.
@@ -52,6 +92,7 @@ pub(crate) struct GoniometricLight {
 pub(crate) struct ProjectionLight {
     pub(super) world_from_light: AffineMap,
     pub(super) slide: ImageEmission,
+    pub(super) profile: Profile,
     /// Half extent of the slide on the plane z = 1.
     pub(super) half: [f32; 2],
     /// Over the slide, by pixel times its solid angle; its integral is the power.
@@ -78,8 +119,15 @@ pub(crate) struct ScalarImage {
 }
 
 impl SpotLight {
-    /// `smoothstep` of the cosine to the axis.
+    /// Of the cosine to the axis.
     fn falloff(&self, cos: f32) -> f32 {
+        if self.falloff == SpotFalloff::Linear {
+            return linear_falloff(
+                trig::safe_acos(cos),
+                trig::safe_acos(self.cos_start),
+                trig::safe_acos(self.cos_end),
+            );
+        }
         if cos <= self.cos_end {
             return 0.0;
         }
@@ -97,7 +145,16 @@ impl SpotLight {
 
     /// Masses of the even part and of the falloff, in the cosine.
     fn masses(&self) -> [f32; 2] {
-        [1.0 - self.cos_start, 0.5 * (self.cos_start - self.cos_end)]
+        let falling = match self.falloff {
+            SpotFalloff::Smooth => 0.5 * (self.cos_start - self.cos_end),
+            SpotFalloff::Linear => {
+                // ∫ (θe − θ) sin θ dθ / (θe − θs).
+                let [s, e] = [self.cos_start, self.cos_end].map(trig::safe_acos);
+                let sines = trig::sin(e) - trig::sin(s);
+                if e > s { (self.cos_start - sines / (e - s)).max(0.0) } else { 0.0 }
+            }
+        };
+        [1.0 - self.cos_start, falling]
     }
 
     /// ∫ falloff dω.
@@ -105,14 +162,16 @@ impl SpotLight {
         TAU * (self.masses()[0] + self.masses()[1])
     }
 
-    /// A direction in proportion to the falloff.
+    /// A direction in proportion to a smooth falloff; for a linear one, even over the cone.
     pub(super) fn sample_direction(&self, u: [f32; 2]) -> Dir {
         let [even, falling] = self.masses();
         let x = u[0] * (even + falling);
-        let cos = if x < even {
-            1.0 - x
-        } else {
-            self.cos_end + (self.cos_start - self.cos_end) * sample_smoothstep(1.0 - (x - even) / falling)
+        let cos = match self.falloff {
+            SpotFalloff::Linear => 1.0 - u[0] * (1.0 - self.cos_end),
+            SpotFalloff::Smooth if x < even => 1.0 - x,
+            SpotFalloff::Smooth => {
+                self.cos_end + (self.cos_start - self.cos_end) * sample_smoothstep(1.0 - (x - even) / falling)
+            }
         };
         let sin = trig::safe_sqrt((1.0 - cos) * (1.0 + cos));
         let (sin_phi, cos_phi) = trig::sin_cos(TAU * u[1]);
@@ -120,7 +179,12 @@ impl SpotLight {
     }
 
     pub(super) fn pdf_direction(&self, w: Dir) -> Pdf<SolidAngle> {
-        Pdf::new(self.falloff(self.frame.n.dot(w)) / self.solid_angle())
+        let cos = self.frame.n.dot(w);
+        match self.falloff {
+            SpotFalloff::Smooth => Pdf::new(self.falloff(cos) / self.solid_angle()),
+            SpotFalloff::Linear if cos > self.cos_end => Pdf::new(1.0 / (TAU * (1.0 - self.cos_end))),
+            SpotFalloff::Linear => Pdf::ZERO,
+        }
     }
 }
 
@@ -199,7 +263,9 @@ impl ProjectionLight {
 
     pub(super) fn intensity(&self, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
         let (local, _) = to_light(&self.world_from_light.linear, w);
-        self.uv(local.0).map_or(Spectrum::ZERO, |uv| self.slide.eval(uv, wavelengths))
+        let tan = |v: Vec3| (v.x * v.x + v.y * v.y).sqrt() / v.z;
+        self.uv(local.0)
+            .map_or(Spectrum::ZERO, |uv| self.slide.eval(uv, wavelengths) * self.profile.at(tan(local.0)))
     }
 
     /// A direction by the slide's pixels.
@@ -240,6 +306,32 @@ pub(super) fn inside(uv: [f32; 2]) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_linear_spot_s_power_is_its_integral() {
+        let spot = |falloff| {
+            let (cos_start, cos_end) = (trig::cos(0.3), trig::cos(0.5));
+            let wavelengths = spectrum::ColorPipeline::default();
+            let white = scene_desc::Illuminant {
+                spectrum: scene_desc::SpectrumDesc::srgb([1.0; 3]),
+                scale: 1.0,
+                normalize: false,
+            };
+            let mut sink = scene_desc::Sink::default();
+            let intensity = Emission::new(&white, 1.0, wavelengths, scene_desc::Span::NONE, &mut sink);
+            let frame = Frame::from_normal(Dir(Vec3::Z));
+            SpotLight { p: Point(Vec3::ZERO), frame, cos_start, cos_end, falloff, intensity }
+        };
+        for falloff in [SpotFalloff::Linear, SpotFalloff::Smooth] {
+            let spot = spot(falloff);
+            let n = 20_000;
+            let cos = |i: usize| 1.0 - (i as f32 + 0.5) / n as f32 * (1.0 - spot.cos_end);
+            let mean: f64 =
+                (0..n).map(|i| f64::from(spot.falloff(cos(i)))).sum::<f64>() / f64::from(n as u32);
+            let integral = TAU * (1.0 - spot.cos_end) * mean as f32;
+            assert!((integral / spot.solid_angle() - 1.0).abs() < 1e-3, "{falloff:?}");
+        }
+    }
 
     #[test]
     fn the_smoothstep_is_inverted_to_the_last_digits() {

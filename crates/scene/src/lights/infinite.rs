@@ -49,7 +49,9 @@ impl InfiniteImage {
                 let (x, y) = (i % width, i / width);
                 let value = match emission.lookup() {
                     Lookup::Nearest => size[i],
-                    Lookup::Bilinear | Lookup::BilinearRound => smoothed(&size, [width, height], [x, y]),
+                    Lookup::Bilinear | Lookup::BilinearRound => {
+                        smoothed(&size, [width, height], [x, y], emission.lookup())
+                    }
                 };
                 value * row_measure(mapping, y, height)
             })
@@ -133,10 +135,20 @@ fn row_measure(mapping: SphericalMapping, y: usize, height: usize) -> f32 {
     }
 }
 
-/// Mean over a pixel of what is interpolated between it and its neighbours, around in x, the border repeated in y.
-fn smoothed(values: &[f32], [width, height]: [usize; 2], [x, y]: [usize; 2]) -> f32 {
+/// Mean over a pixel of what is interpolated between it and its neighbours, the border repeated in y, and in x as the
+/// lookup has it.
+pub(super) fn smoothed(
+    values: &[f32],
+    [width, height]: [usize; 2],
+    [x, y]: [usize; 2],
+    lookup: Lookup,
+) -> f32 {
     let rows = [(y.saturating_sub(1), 0.125), (y, 0.75), ((y + 1).min(height - 1), 0.125)];
-    let columns = [((x + width - 1) % width, 0.125), (x, 0.75), ((x + 1) % width, 0.125)];
+    let [left, right] = match lookup {
+        Lookup::BilinearRound => [(x + width - 1) % width, (x + 1) % width],
+        Lookup::Bilinear | Lookup::Nearest => [x.saturating_sub(1), (x + 1).min(width - 1)],
+    };
+    let columns = [(left, 0.125), (x, 0.75), (right, 0.125)];
     let mut sum = 0.0;
     for (j, wy) in rows {
         for (i, wx) in columns {

@@ -22,6 +22,7 @@ mod emission;
 mod emitter;
 mod infinite;
 mod outgoing;
+mod projection;
 mod source;
 
 use math::{Bounds, Dir, Point, Ray, Vec2, Vec3};

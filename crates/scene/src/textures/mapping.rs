@@ -7,7 +7,7 @@
 
 use std::f32::consts::PI;
 
-use math::{Mat4, Transform, Vec2, Vec3, trig};
+use math::{Mat2, Mat4, Transform, Vec2, Vec3, trig};
 use scene_desc::Mapping2d;
 
 use crate::TextureContext;
@@ -44,6 +44,13 @@ pub(crate) enum Mapping {
         /// Added after it.
         shift: Vec2,
     },
+    /// The surface's own coordinates under an affine map.
+    Affine {
+        /// The linear part.
+        matrix: Mat2,
+        /// Added after it.
+        shift: Vec2,
+    },
     /// (θ/π, φ/2π) about the texture's origin.
     Spherical(Mat4),
     /// (φ/2π + ½, z) about the texture's z axis.
@@ -63,6 +70,9 @@ impl Mapping {
         match desc {
             Mapping2d::Uv { scale, shift } => {
                 Self::Uv { scale: Vec2::from(*scale), shift: Vec2::from(*shift) }
+            }
+            Mapping2d::Affine { u, v, shift } => {
+                Self::Affine { matrix: Mat2::from_cols(*u, *v), shift: *shift }
             }
             Mapping2d::Spherical(t) => Self::Spherical(t.matrix().as_mat4()),
             Mapping2d::Cylindrical(t) => Self::Cylindrical(t.matrix().as_mat4()),
@@ -90,6 +100,9 @@ impl Mapping {
         match self {
             Self::Uv { scale, shift } => {
                 Coord2 { st: ctx.uv * *scale + *shift, dx: f.duvdx * *scale, dy: f.duvdy * *scale }
+            }
+            Self::Affine { matrix, shift } => {
+                Coord2 { st: *matrix * ctx.uv + *shift, dx: *matrix * f.duvdx, dy: *matrix * f.duvdy }
             }
             Self::Spherical(m) => spherical(&transform(m, ctx)),
             Self::Cylindrical(m) => cylindrical(&transform(m, ctx)),
