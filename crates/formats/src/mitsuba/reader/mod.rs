@@ -2,6 +2,9 @@
 //!
 //! After a mistake the reader goes on with the next element, so that one run finds many.
 
+mod names;
+mod properties;
+
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
@@ -276,49 +279,6 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn property(&mut self, xml: Xml<'_>, attributes: &Attributes<'_>, parent: NodeId, file: &File<'_>) {
-        let element = xml.tag_name().name();
-        let span = attributes.span;
-        let get = |name: &str| attributes.get(name);
-        let read = match value::read(element, &get, &file.dirs) {
-            Some(read) => read,
-            None => {
-                let (message, hint) = if OPERATIONS.contains(&element) {
-                    (format!("<{element}> outside of a <transform>"), "put it into one".to_owned())
-                } else {
-                    let all: Vec<_> = Class::elements().chain(ELEMENTS).collect();
-                    let hint = match suggest::nearest(element, all) {
-                        Some(e) => format!("did you mean <{e}>?"),
-                        None => "no such element is known".to_owned(),
-                    };
-                    (format!("unknown element <{}>", text::show(element)), hint)
-                };
-                self.report.error(span, message).hint(hint);
-                return;
-            }
-        };
-        match read {
-            Ok((value, hash)) => {
-                self.tree.hashes.extend(hash);
-                if get("name").is_none_or(str::is_empty) {
-                    let message = format!("<{element}> has no name");
-                    self.report.error(span, message).hint("say which property it is: name=\"…\"");
-                    return;
-                }
-                self.add(parent, attributes, file, value);
-            }
-            Err(Wrong { message, hint }) => {
-                let name = get("name").map(|n| format!(" of \"{}\"", text::show(n))).unwrap_or_default();
-                self.report.error(span, format!("<{element}>{name}: {message}")).hint(hint);
-            }
-        }
-        if let Some(child) = xml.children().find(Xml::is_element) {
-            let span = file.lines.span(child.range().start);
-            let message = format!("<{}> within <{element}>", text::show(child.tag_name().name()));
-            self.report.error(span, message).hint("properties hold nothing: close the outer one first");
-        }
-    }
-
     fn object(
         &mut self,
         xml: Xml<'_>,
@@ -355,17 +315,6 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn define(&mut self, id: String, node: NodeId, span: Span) {
-        if let Some(first) = self.tree.ids.get(&id) {
-            let place = self.report.locate(self.tree.node(*first).span);
-            self.report
-                .error(span, format!("the id \"{}\" is given twice", text::show(&id)))
-                .hint(format!("the first is at {place}"));
-            return;
-        }
-        self.tree.ids.insert(id, node);
-    }
-
     fn add(&mut self, parent: NodeId, attributes: &Attributes<'_>, file: &File<'_>, value: Value) {
         let name = attributes.get("name").unwrap_or_default();
         let name = if file.is_old { text::underscored(name) } else { name.to_owned() };
@@ -377,53 +326,6 @@ impl Reader<'_, '_> {
             node.props.iter().filter(|p| p.name == name).for_each(|p| p.used.set(true));
         }
         node.props.push(Prop { name, value, span: attributes.span, used: Cell::new(false) });
-    }
-
-    /// All attributes with their parameters put in; `None` if one is not defined.
-    fn attributes<'a>(&mut self, xml: Xml<'a>, span: Span) -> Option<Attributes<'a>> {
-        let mut list = Vec::new();
-        for a in xml.attributes() {
-            let value = a.value();
-            let value = if value.contains('$') {
-                Cow::Owned(self.substitute(value, span)?)
-            } else {
-                Cow::Borrowed(value)
-            };
-            list.push((a.name(), value));
-        }
-        Some(Attributes { list, span })
-    }
-
-    /// Puts parameters in, the longest name first.
-    fn substitute(&mut self, text: &str, span: Span) -> Option<String> {
-        let mut out = String::new();
-        let mut rest = text;
-        while let Some(at) = rest.find('$') {
-            out.push_str(&rest[..at]);
-            rest = &rest[at + 1..];
-            let fits = self.parameters.iter_mut().filter(|p| rest.starts_with(p.name.as_str()));
-            let Some(p) = fits.max_by_key(|p| p.name.len()) else {
-                let word: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-                let names: Vec<_> = self.parameters.iter().map(|p| p.name.as_str()).collect();
-                let hint = match suggest::nearest(&word, names) {
-                    Some(near) => format!("did you mean ${near}?"),
-                    None => format!("give it a value with -D {word}=…, or by <default name=\"{word}\" …/>"),
-                };
-                self.report
-                    .error(span, format!("the parameter ${} has no value", text::show(&word)))
-                    .hint(hint);
-                return None;
-            };
-            p.unused = false;
-            out.push_str(&p.value);
-            rest = &rest[p.name.len()..];
-            if out.len() > LONGEST_TEXT {
-                self.report.error(span, "parameters make this text too long").hint("is it meant so?");
-                return None;
-            }
-        }
-        out.push_str(rest);
-        Some(out)
     }
 
     fn required(&mut self, attributes: &Attributes<'_>, name: &str, element: &str) -> Option<String> {
@@ -439,99 +341,6 @@ impl Reader<'_, '_> {
         let Some(name) = self.required(attributes, "filename", "include") else { return };
         let path = resolve(&file.dirs, &name);
         self.file(&path, attributes.span, Some(parent), &file.dirs);
-    }
-
-    fn default(&mut self, attributes: &Attributes<'_>) {
-        let Some(name) = self.required(attributes, "name", "default") else { return };
-        let value = attributes.get("value").unwrap_or_default().to_owned();
-        match self.parameters.iter_mut().find(|p| p.name == name) {
-            Some(p) => p.unused = false,
-            None => self.parameters.push(Parameter { name, value, unused: false }),
-        }
-    }
-
-    fn path(&mut self, attributes: &Attributes<'_>, file: &mut File<'_>) {
-        let Some(name) = self.required(attributes, "value", "path") else { return };
-        let path = resolve(&file.dirs, &name);
-        if !path.is_dir() {
-            self.report
-                .error(attributes.span, format!("there is no folder {}", path.display()))
-                .hint("paths are relative to the scene file's folder");
-            return;
-        }
-        let dirs = std::iter::once(path).chain(file.dirs.iter().cloned());
-        file.dirs = Rc::new(dirs.collect());
-    }
-
-    fn alias(&mut self, attributes: &Attributes<'_>) {
-        let Some(id) = self.required(attributes, "id", "alias") else { return };
-        let Some(new) = self.required(attributes, "as", "alias") else { return };
-        match self.tree.ids.get(&id).copied() {
-            Some(node) => self.define(new, node, attributes.span),
-            None => {
-                let message = format!("nothing before this has the id \"{}\"", text::show(&id));
-                self.report.error(attributes.span, message).hint("an alias comes after what it names");
-            }
-        }
-    }
-
-    /// `<transform>`, or an `<animation>` of them.
-    fn transform(&mut self, xml: Xml<'_>, file: &File<'_>, is_animated: bool) -> Option<AnimatedTransform> {
-        if !is_animated {
-            return self.still(xml, file).map(AnimatedTransform::fixed);
-        }
-        let mut keys = Vec::new();
-        for key in xml.children().filter(Xml::is_element) {
-            let span = file.lines.span(key.range().start);
-            let attributes = self.attributes(key, span)?;
-            let time = attributes.get("time").and_then(text::number);
-            let (Some(time), "transform") = (time, key.tag_name().name()) else {
-                let hint = "expected <transform time=\"…\">";
-                self.report.error(span, "an animation holds transforms with their times").hint(hint);
-                return None;
-            };
-            keys.push((time as f32, self.still(key, file)?));
-        }
-        let span = file.lines.span(xml.range().start);
-        keys.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if keys.len() > 2 {
-            self.report
-                .warning(span, format!("an animation of {} keys", keys.len()))
-                .hint("the first and the last are used");
-        }
-        let (Some(first), Some(last)) = (keys.first(), keys.last()) else {
-            self.report.error(span, "an animation without keys").hint("expected <transform time=\"…\">");
-            return None;
-        };
-        Some(AnimatedTransform::new(first.1, last.1, [first.0, last.0]))
-    }
-
-    fn still(&mut self, xml: Xml<'_>, file: &File<'_>) -> Option<math::Transform> {
-        let mut matrix = math::DMat4::IDENTITY;
-        for child in xml.children().filter(Xml::is_element) {
-            let span = file.lines.span(child.range().start);
-            let name = child.tag_name().name();
-            if !OPERATIONS.contains(&name) {
-                let message = format!("<{}> within a transform", text::show(name));
-                self.report.error(span, message).hint(suggest::hint(name, &OPERATIONS[..5]));
-                return None;
-            }
-            let attributes = self.attributes(child, span)?;
-            match transform::operation(name, |a| attributes.get(a)) {
-                Ok(m) => matrix = m * matrix,
-                Err(Wrong { message, hint }) => {
-                    self.report.error(span, format!("<{name}>: {message}")).hint(hint);
-                    return None;
-                }
-            }
-        }
-        match transform::invertible(matrix) {
-            Ok(t) => Some(t),
-            Err(Wrong { message, hint }) => {
-                self.report.error(file.lines.span(xml.range().start), message).hint(hint);
-                None
-            }
-        }
     }
 }
 
