@@ -44,16 +44,18 @@ fn files_that_are_no_scene() {
       hint: the file is truncated or damaged
     absent.pbrt: error: absent.pbrt cannot be read: No such file or directory (os error 2)
       hint: is it the right path?
-    scene.xml: error: the reader for Mitsuba XML is not there yet
-      hint: pbrt-v4 scenes (.pbrt, .pbrt.gz) can be read
+    scene.xml:1:1: warning: <scene> has no version
+      hint: it is read as version 3.0.0: add version="3.0.0"
+    scene.xml:1:1: error: the scene has no sensor
+      hint: add <sensor type="perspective"> …
     scene.gltf: error: the reader for glTF is not there yet
-      hint: pbrt-v4 scenes (.pbrt, .pbrt.gz) can be read
+      hint: scenes of pbrt (.pbrt, .pbrt.gz) and Mitsuba (.xml) can be read
     notes.txt: error: not a scene file that is known
-      hint: pbrt-v4 scenes end in .pbrt or .pbrt.gz
+      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
     absent.txt: error: cannot be read: No such file or directory (os error 2)
-      hint: pbrt-v4 scenes end in .pbrt or .pbrt.gz
+      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
     .: error: not a scene file that is known
-      hint: pbrt-v4 scenes end in .pbrt or .pbrt.gz
+      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
     "#);
 }
 

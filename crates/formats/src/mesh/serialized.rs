@@ -5,7 +5,7 @@
 //! positions, normals, coordinates and colours as far as the flags say, each list by itself, in single or double
 //! precision, and three indices a triangle (`u32`; `u64` if there are more than 2³² − 1 vertices, which are not read).
 //! At the file's end stand where each shape begins (`u64` in version 4, `u32` in version 3) and how many there are (`u32`)
-//! [Mitsuba05].
+//! [Mitsuba2010].
 
 use std::io::Read;
 use std::path::Path;

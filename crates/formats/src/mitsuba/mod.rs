@@ -1,4 +1,4 @@
-//! Mitsuba's scene files [Mitsuba3; Mitsuba05]: XML of versions 3.x, 2.x and 0.x.
+//! Mitsuba's scene files [Mitsuba2022] [Mitsuba2010]: XML of versions 3.x, 2.x and 0.x.
 //!
 //! ```text
 //! bytes ──reader──► Tree (objects with properties, places) ──build──► SceneDesc

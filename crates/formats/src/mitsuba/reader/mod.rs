@@ -10,12 +10,11 @@ use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use math::AnimatedTransform;
 use roxmltree::{Document, ParsingOptions};
 use scene_desc::Span;
 
 use super::text::{self, Lines};
-use super::transform::{self, OPERATIONS, Wrong};
+
 use super::tree::{Class, Node, NodeId, Prop, Tree, Value, resolve};
 use super::value;
 use crate::report::Report;

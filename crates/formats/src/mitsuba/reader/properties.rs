@@ -5,12 +5,18 @@ use math::AnimatedTransform;
 use super::{Attributes, ELEMENTS, File, Reader, Xml};
 use crate::mitsuba::text;
 use crate::mitsuba::transform::{self, OPERATIONS, Wrong};
-use crate::mitsuba::tree::{Class, NodeId, Value};
+use crate::mitsuba::tree::{Class, NodeId};
 use crate::mitsuba::value;
 use crate::suggest;
 
 impl Reader<'_, '_> {
-    pub(super) fn property(&mut self, xml: Xml<'_>, attributes: &Attributes<'_>, parent: NodeId, file: &File<'_>) {
+    pub(super) fn property(
+        &mut self,
+        xml: Xml<'_>,
+        attributes: &Attributes<'_>,
+        parent: NodeId,
+        file: &File<'_>,
+    ) {
         let element = xml.tag_name().name();
         let span = attributes.span;
         let get = |name: &str| attributes.get(name);
@@ -54,7 +60,12 @@ impl Reader<'_, '_> {
     }
 
     /// `<transform>`, or an `<animation>` of them.
-    pub(super) fn transform(&mut self, xml: Xml<'_>, file: &File<'_>, is_animated: bool) -> Option<AnimatedTransform> {
+    pub(super) fn transform(
+        &mut self,
+        xml: Xml<'_>,
+        file: &File<'_>,
+        is_animated: bool,
+    ) -> Option<AnimatedTransform> {
         if !is_animated {
             return self.still(xml, file).map(AnimatedTransform::fixed);
         }
