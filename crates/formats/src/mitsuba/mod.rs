@@ -35,6 +35,7 @@ mod shapes;
 mod spectra;
 mod surfaces;
 mod textures;
+mod volumes;
 
 use std::path::Path;
 

@@ -125,7 +125,6 @@ impl<'t> Build<'t, '_, '_> {
     }
 
     /// A spectrum that does not vary.
-    #[allow(dead_code, reason = "media use it")]
     pub(super) fn spectrum_desc(&mut self, node: &'t Node, name: &'static str) -> Option<SpectrumDesc> {
         match self.spectrum_opt(node, name)? {
             SpectrumInput::Constant(desc) => Some(desc),
