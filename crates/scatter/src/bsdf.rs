@@ -9,6 +9,9 @@
 //! | `ThinDielectric`      | a pane: two parallel smooth interfaces                 | always     |
 //! | `CoatedDiffuse`       | a dielectric layer over Lambert's law                  | if smooth  |
 //! | `CoatedConductor`     | a dielectric layer over metal                          | if both smooth |
+//! | `OrenNayar`           | rough and matt                                         | never      |
+//! | `Plastic`             | a dielectric boundary over Lambert's law               | if smooth  |
+//! | `TintedDielectric`    | glass or a pane with factors                           | if smooth  |
 //!
 //! A mixture of materials is resolved at the hit (`scene`), by a hash of the point. To add a kind: its file here,
 //! a line in the closed set below and in the table above, a line in `tests/laws.rs`.
@@ -20,7 +23,10 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
+mod oren_nayar;
+mod plastic;
 mod thin_dielectric;
+mod tinted;
 
 use std::ops::{BitOr, Not};
 
@@ -35,7 +41,10 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use oren_nayar::OrenNayar;
+pub use plastic::Plastic;
 pub use thin_dielectric::ThinDielectric;
+pub use tinted::TintedDielectric;
 
 use crate::closed_set::closed_set;
 
@@ -327,6 +336,12 @@ closed_set! {
         CoatedDiffuse,
         /// A dielectric layer over metal.
         CoatedConductor,
+        /// Rough and matt.
+        OrenNayar,
+        /// Plastic.
+        Plastic,
+        /// Glass or a pane with factors.
+        TintedDielectric,
     }
 }
 
@@ -417,6 +432,6 @@ mod tests {
         assert!(!Bsdf::from(Diffuse::new(Spectrum::ONE)).has_delta());
         assert!(!glass.regularized().has_delta());
         assert_eq!(glass.name(), "Dielectric");
-        assert_eq!(Bsdf::NAMES.len(), 7);
+        assert_eq!(Bsdf::NAMES.len(), 10);
     }
 }

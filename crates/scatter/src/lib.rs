@@ -15,7 +15,7 @@ pub mod microfacet;
 
 pub use bsdf::{
     Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Conductor,
-    Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Lobe, LobeFlags, SampleLobes, Side,
-    ThinDielectric, TransportMode,
+    Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Lobe, LobeFlags, OrenNayar, Plastic,
+    SampleLobes, Side, ThinDielectric, TintedDielectric, TransportMode,
 };
 pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};

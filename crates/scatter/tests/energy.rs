@@ -2,8 +2,10 @@
 
 use math::{LocalDir, Vec3};
 use spectrum::Spectrum;
+use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
-    Bsdf, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, TransportMode,
+    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, OrenNayar,
+    Plastic, TransportMode,
 };
 use testkit::chi2::uniform_pair;
 use testkit::statistics::{Moments, sidak, t_test, welch_test};
@@ -230,4 +232,45 @@ fn the_estimate_of_a_smooth_coats_albedo_is_exact() {
         let m = albedo(plastic, at(mu), 100_000);
         assert!((m.mean() - estimate).abs() < 5.0 * m.std_error() + 1e-4, "{mu}: {m:?} {estimate}");
     }
+}
+
+#[test]
+fn smooth_plastic_has_the_albedo_of_the_table() {
+    // Ground truth, sec. 7, η = 1.5: at normal incidence, and under uniform light.
+    for (rho, normal, average) in
+        [(0.1, 0.081_208_2, 0.130_763_6), (0.5, 0.316_070_9, 0.352_958_9), (0.9, 0.792_785_8, 0.803_962_0)]
+    {
+        let profile = CoatProfile::smooth(1.5, 0.0);
+        let plastic = Plastic::new(Spectrum::splat(rho), 1.5, Facets::SMOOTH, profile, true);
+        let found = |mu: f32| f64::from(plastic.albedo_estimate(at(mu)).lanes()[0]);
+        assert!((found(1.0) - normal).abs() < 1e-4, "{rho}: {} is not {normal}", found(1.0));
+        let m = albedo(plastic, at(1.0), 100_000);
+        assert!((m.mean() - normal).abs() < 5.0 * m.std_error() + 1e-4, "{rho}: {m:?}");
+        let n = 2000;
+        let mean: f64 = (0..n)
+            .map(|i| (f64::from(i) + 0.5) / f64::from(n))
+            .map(|mu| 2.0 * mu * found(mu as f32) / f64::from(n))
+            .sum();
+        assert!((mean - average).abs() < 2e-4, "{rho}: {mean} is not {average}");
+    }
+}
+
+#[test]
+fn linear_plastic_loses_no_colour_between_bounces() {
+    // Linear: ρ (1 − Fi)⁻¹ in place of ρ (1 − ρ Fi)⁻¹. A white base is the same for both.
+    let profile = CoatProfile::smooth(1.5, 0.0);
+    let of = |rho, nonlinear| Plastic::new(Spectrum::splat(rho), 1.5, Facets::SMOOTH, profile, nonlinear);
+    let base = |p: Plastic| p.eval(at(0.5), at(0.9), TransportMode::Radiance).lanes()[0];
+    assert!((base(of(1.0, true)) / base(of(1.0, false)) - 1.0).abs() < 1e-4);
+    assert!((base(of(0.5, false)) / base(of(1.0, false)) - 0.5).abs() < 1e-4);
+}
+
+#[test]
+fn oren_and_nayar_send_back_more_than_lambert_towards_the_light() {
+    let rough = OrenNayar::new(Spectrum::ONE, 0.6);
+    let f = |wi| rough.eval(at(0.3), wi, TransportMode::Radiance).lanes()[0];
+    assert!(f(at(0.3)) > f(at(0.3).reflect()), "retro-reflection");
+    let smooth = OrenNayar::new(Spectrum::ONE, 0.0);
+    let at_zero = smooth.eval(at(0.3), at(0.3), TransportMode::Radiance).lanes()[0];
+    assert!((at_zero - std::f32::consts::FRAC_1_PI).abs() < 1e-6);
 }

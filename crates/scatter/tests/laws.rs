@@ -1,9 +1,11 @@
 //! Every kind of surface and of phase function obeys the laws of its family.
 
 use spectrum::Spectrum;
+use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
-    Bsdf, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, HenyeyGreenstein, Isotropic, Rayleigh, ThinDielectric,
+    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
+    DiffuseTransmission, HenyeyGreenstein, Isotropic, OrenNayar, Plastic, Rayleigh, ThinDielectric,
+    TintedDielectric,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -12,6 +14,10 @@ const RED: Spectrum = Spectrum::from_rgb([0.8, 0.2, 0.1]);
 /// Copper at about 630, 530 and 460 nm [Johnson1972].
 fn copper(alpha: [f32; 2]) -> Conductor {
     Conductor::new(Spectrum::from_rgb([0.22, 1.1, 1.15]), Spectrum::from_rgb([3.5, 2.57, 2.45]), alpha)
+}
+
+fn copper_of(facets: Facets) -> Conductor {
+    Conductor::new(Spectrum::from_rgb([0.22, 1.1, 1.15]), Spectrum::from_rgb([3.5, 2.57, 2.45]), facets)
 }
 
 fn coat(alpha: [f32; 2]) -> Coat {
@@ -26,6 +32,10 @@ fn closed(alpha: f32) -> CoatedDiffuse {
     CoatedDiffuse::new(RED, &coat([alpha; 2]), Some(CoatProfile::new(1.5, alpha, 0.01)))
 }
 
+fn plastic(facets: Facets, nonlinear: bool) -> Plastic {
+    Plastic::new(RED, 1.5, facets, CoatProfile::of(1.5, facets, 0.0), nonlinear)
+}
+
 bsdf_laws! {
     diffuse: Diffuse::new(RED);
     diffuse_transmission: DiffuseTransmission::new(RED, Spectrum::from_rgb([0.1, 0.5, 0.3]));
@@ -33,6 +43,9 @@ bsdf_laws! {
     conductor: copper([0.3; 2]);
     conductor_shiny: copper([0.08; 2]);
     conductor_brushed: copper([0.1, 0.5]);
+    conductor_beckmann: copper_of(Facets::beckmann(0.3, 0.3));
+    conductor_beckmann_brushed: copper_of(Facets::beckmann(0.1, 0.5));
+    dielectric_beckmann: Dielectric::new(1.5, Facets::beckmann(0.3, 0.3));
     dielectric_smooth: Dielectric::new(1.5, [0.0; 2]);
     dielectric: Dielectric::new(1.5, [0.3; 2]);
     dielectric_brushed: Dielectric::new(1.33, [0.6, 0.15]);
@@ -48,6 +61,12 @@ bsdf_laws! {
     coated_conductor_lacquered: CoatedConductor::new(copper([0.3; 2]), &coat([0.0; 2]));
     coated_conductor: CoatedConductor::new(copper([0.25; 2]), &coat([0.3; 2]));
     coated_conductor_milky: CoatedConductor::new(copper([0.3; 2]), &milky([0.25; 2]));
+    oren_nayar: OrenNayar::new(RED, 0.5);
+    plastic_smooth: plastic(Facets::SMOOTH, true);
+    plastic: plastic(Facets::beckmann(0.25, 0.25), false).tinted(RED);
+    plastic_regularized: plastic(Facets::SMOOTH, true).regularized();
+    tinted_glass: TintedDielectric::glass(Dielectric::new(1.5, [0.3; 2]), RED, RED * 0.5);
+    tinted_pane: TintedDielectric::pane(ThinDielectric::new(1.5), RED, RED * 0.5);
     any: Bsdf::from(Diffuse::new(RED));
     regularized_glass: Bsdf::from(Dielectric::new(1.5, [0.02; 2])).regularized();
     regularized_coat: Bsdf::from(closed(0.04)).regularized();

@@ -18,12 +18,14 @@
 //! samples and evaluations are cut off alike (pbrt-v4's are for even depths without a medium).
 //! Left out: closed forms for anisotropic roughness (the walk serves), and several coats.
 
+mod closed;
 mod profile;
 mod walk;
 
 use spectrum::Spectrum;
 
-pub(super) use profile::smooth_at;
+pub(super) use closed::ClosedForm;
+use profile::smooth_at;
 pub use profile::{CoatProfile, CoatProfiles};
 pub(super) use walk::Walk;
 

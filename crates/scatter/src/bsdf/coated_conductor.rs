@@ -20,7 +20,7 @@ use super::{
     BsdfKind, BsdfSample, Conductor, Dielectric, Gloss, Lobe, LobeFlags, SampleLobes, TransportMode,
 };
 use crate::fresnel;
-use crate::microfacet::Ggx;
+use crate::microfacet::Facets;
 
 /// A coated metal.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +64,11 @@ impl CoatedConductor {
 
     /// The facets that the metal seems to have below a rough boundary: a refraction turns light by about
     /// `(1 − 1/η)` of a slope, a reflection by twice a slope.
-    fn apparent_facets(&self) -> Ggx {
+    fn apparent_facets(&self) -> Facets {
         let bend = 1.0 - 1.0 / self.top.eta();
         let (a, b) = (self.base.facets().alpha(), self.top.facets().alpha());
         let widen = |a: f32, b: f32| (a * a + 0.5 * (bend * b) * (bend * b)).sqrt();
-        Ggx::new(widen(a[0], b[0]), widen(a[1], b[1]))
+        Facets::new([widen(a[0], b[0]), widen(a[1], b[1])], self.base.facets().distribution())
     }
 
     /// About the density of the walk, for directions on the upper side.

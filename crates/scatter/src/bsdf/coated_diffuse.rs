@@ -1,33 +1,24 @@
 //! A dielectric layer over Lambert's law: varnish, plastic, glazed ceramics. Both sides are alike.
 //!
 //! Two ways to the same mean (see `coated`): the closed form where the layer does not scatter and its boundary is
-//! smooth or has a profile, the random walk otherwise.
-//!
-//! | lobe of the closed form | value                                     | sampled by                 |
-//! |-------------------------|-------------------------------------------|----------------------------|
-//! | boundary                | delta, or `F D G2 / (4 cos cos)`          | mirror, or visible normals |
-//! | base                    | `t(wo) t(wi) ρ Σ (ρ K)^k / (π η²)`        | cosine                     |
-//!
-//! The lobe is chosen by what each is worth from `wo`. Furnace: a lossless coat over a white base returns what the
-//! cut-off at `max_depth` leaves of one (and, if rough, what facets lose to each other).
+//! smooth or has a profile (its base has `scale = ρ Σ (ρ K)^k / (π η²)`), the random walk otherwise.
+//! Furnace: a lossless coat over a white base returns what the cut-off at `max_depth` leaves of one (and, if rough,
+//! what facets lose to each other).
 
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 
 use math::LocalDir;
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
-use super::coated::{self, Coat, CoatProfile, Layer, Walk};
-use super::conductor::{mirror, mirroring_facet};
-use super::diffuse::cosine_on_side_of;
-use super::{BsdfKind, BsdfSample, Dielectric, Diffuse, Gloss, Lobe, LobeFlags, TransportMode};
+use super::coated::{self, ClosedForm, Coat, CoatProfile, Layer, Walk};
+use super::{BsdfKind, BsdfSample, Dielectric, Diffuse, LobeFlags, TransportMode};
 use crate::fresnel;
 use crate::microfacet::MIN_COS;
 
 /// A coated matt surface.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedDiffuse {
-    top: Dielectric,
     reflectance: Spectrum,
     inside: Inside,
 }
@@ -35,15 +26,8 @@ pub struct CoatedDiffuse {
 /// How the light below the boundary is had.
 #[derive(Clone, Copy, Debug)]
 enum Inside {
-    Closed {
-        /// `ρ Σ (ρ K)^k / (π η²)`.
-        scale: Spectrum,
-        profile: CoatProfile,
-        thickness: f32,
-        max_depth: u16,
-        n_samples: u16,
-    },
-    Walk(Layer),
+    Closed { form: ClosedForm, max_depth: u16, n_samples: u16 },
+    Walk { top: Dielectric, layer: Layer },
 }
 
 impl CoatedDiffuse {
@@ -59,133 +43,37 @@ impl CoatedDiffuse {
         } else {
             profile.filter(CoatProfile::is_rough)
         };
-        let inside = closed.map_or(Inside::Walk(coat.layer()), |profile| {
-            let k = profile.internal();
-            let series = reflectance.map(|r| r * coated::bounces(r * k, coat.max_depth));
-            let scale = series * (FRAC_1_PI / (coat.eta * coat.eta));
-            let (thickness, max_depth, n_samples) = (coat.thickness, coat.max_depth, coat.n_samples);
-            Inside::Closed { scale, profile, thickness, max_depth, n_samples }
-        });
-        Self { top, reflectance, inside }
-    }
-
-    /// Reflectance of the coat and of all below it at `wo`, of the closed form: exact where the coat is smooth.
-    fn albedos(&self, wo: LocalDir, closed: &Closed<'_>) -> (f32, Spectrum) {
-        let top = fresnel::dielectric(wo.0.z, self.top.eta());
-        (top, *closed.scale * (PI * closed.profile.average() * self.transmittance(wo, closed)))
-    }
-
-    /// What gets from `w` (z > 0) to the base.
-    #[inline]
-    fn transmittance(&self, w: LocalDir, closed: &Closed<'_>) -> f32 {
-        if self.top.is_smooth() {
-            coated::smooth_at(self.top.eta(), closed.thickness, w.0.z)
-        } else {
-            closed.profile.rough_at(w.0.z)
-        }
-    }
-
-    /// Chance of sampling the boundary rather than the base; `None` where neither reflects.
-    #[inline]
-    fn top_probability(&self, wo: LocalDir, closed: &Closed<'_>) -> Option<f32> {
-        let (top, base) = self.albedos(wo, closed);
-        let sum = top + base.max_component();
-        (sum > 0.0).then(|| top / sum)
-    }
-
-    /// `f` and the density, for directions on the upper side.
-    #[inline]
-    fn closed_eval_pdf(
-        &self,
-        wo: LocalDir,
-        wi: LocalDir,
-        closed: &Closed<'_>,
-    ) -> (Spectrum, Pdf<SolidAngle>) {
-        let Some(p_top) = self.top_probability(wo, closed) else { return (Spectrum::ZERO, Pdf::ZERO) };
-        let t = self.transmittance(wo, closed) * self.transmittance(wi, closed);
-        let mut f = *closed.scale * t;
-        let mut pdf = (1.0 - p_top) * wi.0.z * FRAC_1_PI;
-        if !self.top.is_smooth()
-            && let Some(m) = mirroring_facet(wo, wi)
-        {
-            let facets = self.top.facets();
-            let (so, si) = (facets.stretch(wo), facets.stretch(wi));
-            let half_d = 0.5 * facets.d(m);
-            let reflectance = fresnel::dielectric(wo.dot(m), self.top.eta());
-            f += Spectrum::splat(reflectance * half_d / (so * wi.0.z + si * wo.0.z));
-            pdf += p_top * half_d / (wo.0.z + so);
-        }
-        (f, Pdf::new(pdf))
-    }
-
-    /// A sample for `wo` on the upper side.
-    fn closed_sample(
-        &self,
-        wo: LocalDir,
-        u_lobe: f32,
-        u: [f32; 2],
-        closed: &Closed<'_>,
-    ) -> Option<BsdfSample> {
-        let p_top = self.top_probability(wo, closed)?;
-        if self.top.is_smooth() {
-            if u_lobe < p_top {
-                let weight = Spectrum::splat(fresnel::dielectric(wo.0.z, self.top.eta()) / p_top);
-                let lobe = Lobe::reflection(Gloss::Specular);
-                return Some(BsdfSample::delta(wo.reflect(), weight, p_top, lobe));
+        let inside = match closed {
+            None => Inside::Walk { top, layer: coat.layer() },
+            Some(profile) => {
+                let k = profile.internal();
+                let series = reflectance.map(|r| r * coated::bounces(r * k, coat.max_depth));
+                let scale = series * (FRAC_1_PI / (coat.eta * coat.eta));
+                let form = ClosedForm::new(top, scale, coat.thickness, profile);
+                Inside::Closed { form, max_depth: coat.max_depth, n_samples: coat.n_samples }
             }
-            let wi = cosine_on_side_of(wo, u)?;
-            let p = 1.0 - p_top;
-            let t = self.transmittance(wo, closed) * self.transmittance(wi, closed);
-            let weight = *closed.scale * (PI * t / p);
-            let lobe = Lobe::reflection(Gloss::Diffuse);
-            return Some(BsdfSample::smooth(wi, weight, Pdf::new(p * wi.0.z * FRAC_1_PI), lobe));
-        }
-
-        // Two lobes overlap: weigh by the density of both.
-        let (wi, gloss) = if u_lobe < p_top {
-            (mirror(wo, self.top.facets().sample_visible(wo, u)), Gloss::Glossy)
-        } else {
-            (cosine_on_side_of(wo, u)?, Gloss::Diffuse)
         };
-        if wi.0.z <= MIN_COS {
-            return None;
-        }
-        let (f, pdf) = self.closed_eval_pdf(wo, wi, closed);
-        pdf.is_positive()
-            .then(|| BsdfSample::smooth(wi, f * (wi.0.z / pdf.value()), pdf, Lobe::reflection(gloss)))
+        Self { reflectance, inside }
     }
 
-    /// About the density of the walk: the boundary's lobe and a cosine for the rest.
-    fn walk_pdf(&self, wo: LocalDir, wi: LocalDir) -> Pdf<SolidAngle> {
-        let passed = 1.0 - fresnel::dielectric(wo.0.z, self.top.eta());
-        self.top.pdf_lobes(wo, wi, super::SampleLobes::All) + Pdf::new(passed * wi.0.z * FRAC_1_PI)
-    }
-}
-
-/// The closed form's numbers, borrowed.
-struct Closed<'a> {
-    scale: &'a Spectrum,
-    profile: &'a CoatProfile,
-    thickness: f32,
-}
-
-impl CoatedDiffuse {
     /// Runs one expression for either way.
     #[inline]
     fn either<T>(
         &self,
-        closed: impl FnOnce(&Closed<'_>) -> T,
+        closed: impl FnOnce(&ClosedForm) -> T,
         walk: impl FnOnce(&Walk<'_, Diffuse>) -> T,
     ) -> T {
         match &self.inside {
-            Inside::Closed { scale, profile, thickness, .. } => {
-                closed(&Closed { scale, profile, thickness: *thickness })
-            }
-            Inside::Walk(layer) => {
-                walk(&Walk { top: &self.top, layer, base: &Diffuse::new(self.reflectance) })
-            }
+            Inside::Closed { form, .. } => closed(form),
+            Inside::Walk { top, layer } => walk(&Walk { top, layer, base: &Diffuse::new(self.reflectance) }),
         }
     }
+}
+
+/// About the density of the walk: the boundary's lobe and a cosine for the rest.
+fn walk_pdf(top: &Dielectric, wo: LocalDir, wi: LocalDir) -> Pdf<SolidAngle> {
+    let passed = 1.0 - fresnel::dielectric(wo.0.z, top.eta());
+    top.pdf_lobes(wo, wi, super::SampleLobes::All) + Pdf::new(passed * wi.0.z * FRAC_1_PI)
 }
 
 /// Both directions turned to the upper side; `None` unless they lie on one side, off the surface.
@@ -218,71 +106,69 @@ pub(super) fn sample_upward(
 impl BsdfKind for CoatedDiffuse {
     fn eval(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Spectrum {
         let Some((wo, wi)) = upward(wo, wi) else { return Spectrum::ZERO };
-        self.either(|c| self.closed_eval_pdf(wo, wi, c).0, |w| w.eval(wo, wi, mode))
+        self.either(|c| c.eval_pdf(wo, wi, Spectrum::ONE).0, |w| w.eval(wo, wi, mode))
     }
 
     fn pdf(&self, wo: LocalDir, wi: LocalDir, _: TransportMode) -> Pdf<SolidAngle> {
         let Some((wo, wi)) = upward(wo, wi) else { return Pdf::ZERO };
-        self.either(|c| self.closed_eval_pdf(wo, wi, c).1, |_| self.walk_pdf(wo, wi))
+        self.either(|c| c.eval_pdf(wo, wi, Spectrum::ONE).1, |w| walk_pdf(w.top, wo, wi))
     }
 
     #[inline]
     fn eval_pdf(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> (Spectrum, Pdf<SolidAngle>) {
         let Some((wo, wi)) = upward(wo, wi) else { return (Spectrum::ZERO, Pdf::ZERO) };
-        self.either(|c| self.closed_eval_pdf(wo, wi, c), |w| (w.eval(wo, wi, mode), self.walk_pdf(wo, wi)))
+        self.either(
+            |c| c.eval_pdf(wo, wi, Spectrum::ONE),
+            |w| (w.eval(wo, wi, mode), walk_pdf(w.top, wo, wi)),
+        )
     }
 
     fn sample(&self, wo: LocalDir, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<BsdfSample> {
         sample_upward(wo, |wo| {
             self.either(
-                |c| self.closed_sample(wo, u_lobe, u, c),
-                |w| w.sample(wo, u_lobe, u, mode, |wi| self.walk_pdf(wo, wi)),
+                |c| c.sample(wo, u_lobe, u, Spectrum::ONE),
+                |w| w.sample(wo, u_lobe, u, mode, |wi| walk_pdf(w.top, wo, wi)),
             )
         })
     }
 
     fn flags(&self) -> LobeFlags {
-        self.either(
-            |_| {
-                let base = Diffuse::new(self.reflectance).flags();
-                let smooth = self.top.is_smooth();
-                base | if smooth { LobeFlags::SPECULAR_REFLECTION } else { LobeFlags::GLOSSY_REFLECTION }
-            },
-            |w| w.flags(),
-        )
+        self.either(ClosedForm::flags, |w| w.flags())
     }
 
     fn specular_probability(&self, wo: LocalDir) -> f32 {
-        if !self.top.is_smooth() {
-            return 0.0;
-        }
         let up = if wo.0.z < 0.0 { -wo } else { wo };
+        let delta = |top: &Dielectric, p: f32| if top.is_smooth() { p } else { 0.0 };
         self.either(
-            |c| self.top_probability(up, c).unwrap_or(0.0),
-            |_| fresnel::dielectric(up.0.z, self.top.eta()),
+            |c| delta(c.top(), c.top_probability(up, Spectrum::ONE).unwrap_or(0.0)),
+            |w| delta(w.top, fresnel::dielectric(up.0.z, w.top.eta())),
         )
     }
 
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum {
         let up = if wo.0.z < 0.0 { -wo } else { wo };
-        let top = fresnel::dielectric(up.0.z, self.top.eta());
         self.either(
             |c| {
-                let (top, base) = self.albedos(up, c);
-                Spectrum::splat(top) + base
+                let [top, base] = c.albedos(up, Spectrum::ONE);
+                top + base
             },
-            |_| Spectrum::splat(top) + self.reflectance * (1.0 - top),
+            |w| {
+                let top = fresnel::dielectric(up.0.z, w.top.eta());
+                Spectrum::splat(top) + self.reflectance * (1.0 - top)
+            },
         )
     }
 
     /// The widened boundary has no profile, so the walk takes over.
     fn regularized(&self) -> Self {
-        let layer = match self.inside {
-            Inside::Walk(layer) => layer,
-            Inside::Closed { thickness, max_depth, n_samples, .. } => {
-                Layer { thickness, g: 0.0, albedo: Spectrum::ZERO, max_depth, n_samples }
+        let (top, layer) = match &self.inside {
+            Inside::Walk { top, layer } => (*top, *layer),
+            Inside::Closed { form, max_depth, n_samples } => {
+                let (max_depth, n_samples) = (*max_depth, *n_samples);
+                let thickness = form.thickness();
+                (*form.top(), Layer { thickness, g: 0.0, albedo: Spectrum::ZERO, max_depth, n_samples })
             }
         };
-        Self { top: self.top.regularized(), inside: Inside::Walk(layer), ..*self }
+        Self { inside: Inside::Walk { top: top.widened(), layer }, ..*self }
     }
 }

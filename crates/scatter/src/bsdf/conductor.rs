@@ -1,9 +1,9 @@
-//! Metal: a mirror, or a Cook–Torrance lobe of GGX facets, with the exact Fresnel reflectance of a complex index.
+//! Metal: a mirror, or a Cook–Torrance lobe of facets, with the exact Fresnel reflectance of a complex index.
 //!
 //! | step            | source                                    |
 //! |-----------------|-------------------------------------------|
 //! | `f`             | [Walter2007], `F D G2 / (4 cos cos)`      |
-//! | `D`, `G2`, warp | `microfacet::Ggx`                         |
+//! | `D`, `G2`, warp | `microfacet::Facets`                      |
 //! | `F`             | `fresnel::conductor`                      |
 //!
 //! Left out: light that bounces between facets. The furnace law tests `≤ 1`; what is missing is in the GGX energy
@@ -15,32 +15,39 @@ use spectrum::Spectrum;
 
 use super::{BsdfKind, BsdfSample, Gloss, Lobe, LobeFlags, TransportMode};
 use crate::fresnel;
-use crate::microfacet::{Ggx, MIN_COS};
+use crate::microfacet::{Facets, MIN_COS};
 
 /// A metal. Both sides reflect alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
     eta: Spectrum,
     k: Spectrum,
-    facets: Ggx,
+    tint: Spectrum,
+    facets: Facets,
 }
 
 impl Conductor {
-    /// Complex index `eta + i k` relative to the medium outside, and the widths of the facets along both tangents
-    /// (a mirror if both are below [`Ggx::SMOOTH_BELOW`]).
+    /// Complex index `eta + i k` relative to the medium outside, and the facets, or their widths along both tangents
+    /// (a mirror if both are below [`Facets::SMOOTH_BELOW`]).
     #[must_use]
-    pub fn new(eta: Spectrum, k: Spectrum, alpha: [f32; 2]) -> Self {
-        Self { eta, k, facets: Ggx::new(alpha[0], alpha[1]) }
+    pub fn new(eta: Spectrum, k: Spectrum, facets: impl Into<Facets>) -> Self {
+        Self { eta, k, tint: Spectrum::ONE, facets: facets.into() }
     }
 
     /// A metal with a given reflectance at normal incidence; see [`fresnel::conductor_from_reflectance`].
     #[must_use]
-    pub fn from_reflectance(reflectance: Spectrum, alpha: [f32; 2]) -> Self {
+    pub fn from_reflectance(reflectance: Spectrum, facets: impl Into<Facets>) -> Self {
         let (eta, k) = fresnel::conductor_from_reflectance(reflectance);
-        Self::new(eta, k, alpha)
+        Self::new(eta, k, facets)
     }
 
-    pub(super) fn facets(&self) -> Ggx {
+    /// The same with a factor on its reflectance.
+    #[must_use]
+    pub fn tinted(self, tint: Spectrum) -> Self {
+        Self { tint, ..self }
+    }
+
+    pub(super) fn facets(&self) -> Facets {
         self.facets
     }
 
@@ -52,7 +59,7 @@ impl Conductor {
     /// Reflectance where the facet makes an angle of this cosine with `wo`.
     #[inline]
     pub(super) fn fresnel(&self, cos: f32) -> Spectrum {
-        fresnel::conductor(cos.abs(), self.eta, self.k)
+        fresnel::conductor(cos.abs(), self.eta, self.k) * self.tint
     }
 }
 

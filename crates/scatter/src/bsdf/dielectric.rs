@@ -1,4 +1,4 @@
-//! Glass: smooth, or an interface of GGX facets that reflect and refract.
+//! Glass: smooth, or an interface of facets that reflect and refract.
 //!
 //! | step                     | source                                              |
 //! |--------------------------|-----------------------------------------------------|
@@ -17,13 +17,13 @@ use spectrum::Spectrum;
 use super::conductor::{mirror, mirroring_facet};
 use super::{BsdfKind, BsdfSample, Gloss, Lobe, LobeFlags, SampleLobes, TransportMode};
 use crate::fresnel;
-use crate::microfacet::{Ggx, MIN_COS};
+use crate::microfacet::{Facets, MIN_COS};
 
 /// The boundary between two transparent media.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
     eta: f32,
-    facets: Ggx,
+    facets: Facets,
 }
 
 /// A pair of directions joined by a facet.
@@ -35,11 +35,11 @@ struct Facet {
 }
 
 impl Dielectric {
-    /// `eta`: index inside (z < 0) over outside; widths of the facets along both tangents (smooth if both are below
-    /// [`Ggx::SMOOTH_BELOW`]). An interface with `eta = 1` lets everything pass.
+    /// `eta`: index inside (z < 0) over outside; the facets, or their widths along both tangents (smooth if both are below
+    /// [`Facets::SMOOTH_BELOW`]). An interface with `eta = 1` lets everything pass.
     #[must_use]
-    pub fn new(eta: f32, alpha: [f32; 2]) -> Self {
-        let facets = if eta == 1.0 { Ggx::SMOOTH } else { Ggx::new(alpha[0], alpha[1]) };
+    pub fn new(eta: f32, facets: impl Into<Facets>) -> Self {
+        let facets = if eta == 1.0 { Facets::SMOOTH } else { facets.into() };
         Self { eta, facets }
     }
 
@@ -47,12 +47,17 @@ impl Dielectric {
         self.eta
     }
 
-    pub(super) fn facets(&self) -> Ggx {
+    pub(super) fn facets(&self) -> Facets {
         self.facets
     }
 
     pub(super) fn is_smooth(&self) -> bool {
         self.facets.is_smooth()
+    }
+
+    /// With its facets widened, unless it is not there at all.
+    pub(super) fn widened(&self) -> Self {
+        Self { facets: if self.eta == 1.0 { self.facets } else { self.facets.regularized() }, ..*self }
     }
 
     /// The facet that takes `wi` to `wo`; `None` if there is none, or none with its face to both.
@@ -211,6 +216,6 @@ impl BsdfKind for Dielectric {
     }
 
     fn regularized(&self) -> Self {
-        Self { facets: if self.eta == 1.0 { self.facets } else { self.facets.regularized() }, ..*self }
+        self.widened()
     }
 }

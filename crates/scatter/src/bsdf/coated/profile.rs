@@ -15,7 +15,7 @@ use math::{LocalDir, trig};
 
 use super::super::{Dielectric, SampleLobes, TransportMode};
 use crate::fresnel;
-use crate::microfacet::Ggx;
+use crate::microfacet::{Distribution, Facets};
 
 /// Nodes of `t` over `√μ`.
 const N_NODES: usize = 16;
@@ -48,11 +48,17 @@ impl CoatProfile {
         Self { transmittance: [0.0; N_NODES], average: average as f32, internal }
     }
 
-    /// Under a boundary of facets of width `alpha` both ways (smooth if below [`Ggx::SMOOTH_BELOW`]). Takes
+    /// Under a boundary of facets of width `alpha` both ways (smooth if below [`Facets::SMOOTH_BELOW`]). Takes
     /// milliseconds: once per material, not per hit.
     #[must_use]
     pub fn new(eta: f32, alpha: f32, thickness: f32) -> Self {
-        let top = Dielectric::new(eta, [alpha; 2]);
+        Self::of(eta, Facets::ggx(alpha, alpha), thickness)
+    }
+
+    /// Under a boundary of isotropic facets.
+    #[must_use]
+    pub fn of(eta: f32, facets: Facets, thickness: f32) -> Self {
+        let top = Dielectric::new(eta, facets);
         if top.is_smooth() {
             return Self::smooth(eta, thickness);
         }
@@ -139,10 +145,15 @@ impl CoatProfiles {
     /// For widths between `alpha_min` and `alpha_max` (equal where the roughness is no texture): 5 ms for each of up
     /// to 20 rows.
     #[must_use]
-    pub fn new(eta: f32, thickness: f32, [alpha_min, alpha_max]: [f32; 2]) -> Self {
-        let lo = alpha_min.clamp(Ggx::SMOOTH_BELOW, 1.0).sqrt();
-        let hi = alpha_max.clamp(Ggx::SMOOTH_BELOW, 1.0).sqrt();
-        let n = if alpha_max < Ggx::SMOOTH_BELOW {
+    pub fn new(
+        eta: f32,
+        thickness: f32,
+        [alpha_min, alpha_max]: [f32; 2],
+        distribution: Distribution,
+    ) -> Self {
+        let lo = alpha_min.clamp(Facets::SMOOTH_BELOW, 1.0).sqrt();
+        let hi = alpha_max.clamp(Facets::SMOOTH_BELOW, 1.0).sqrt();
+        let n = if alpha_max < Facets::SMOOTH_BELOW {
             0
         } else if alpha_max <= alpha_min {
             1
@@ -151,7 +162,8 @@ impl CoatProfiles {
         };
         let row = |i: usize| {
             let s = lo + (hi - lo) * i as f32 / (n.max(2) - 1) as f32;
-            CoatProfile::new(eta, (s * s).max(Ggx::SMOOTH_BELOW), thickness)
+            let alpha = (s * s).max(Facets::SMOOTH_BELOW);
+            CoatProfile::of(eta, Facets::new([alpha; 2], distribution), thickness)
         };
         let rows = (0..n).map(row).collect();
         Self { smooth: CoatProfile::smooth(eta, thickness), rows, sqrt_alpha: [lo, hi] }
@@ -160,7 +172,7 @@ impl CoatProfiles {
     /// The profile at this width; `None` where there is none: the coat is anisotropic, or out of range.
     #[must_use]
     pub fn at(&self, alpha: [f32; 2]) -> Option<CoatProfile> {
-        if alpha[0].max(alpha[1]) < Ggx::SMOOTH_BELOW {
+        if alpha[0].max(alpha[1]) < Facets::SMOOTH_BELOW {
             return Some(self.smooth);
         }
         let s = trig::safe_sqrt(alpha[0]);
@@ -271,7 +283,7 @@ mod tests {
 
     #[test]
     fn textured_roughness_finds_its_profile_between_rows() {
-        let profiles = CoatProfiles::new(1.5, 0.01, [0.0, 0.5]);
+        let profiles = CoatProfiles::new(1.5, 0.01, [0.0, 0.5], Distribution::Ggx);
         for alpha in [0.0015, 0.01, 0.07, 0.33, 0.5] {
             let (a, b) = (profiles.at([alpha; 2]).unwrap(), CoatProfile::new(1.5, alpha, 0.01));
             assert!((a.internal() - b.internal()).abs() < 1e-3, "{alpha}: {} {}", a.internal(), b.internal());
