@@ -14,16 +14,18 @@
 
 mod bump;
 mod compile;
+mod look;
 mod metal;
+mod parameters;
 mod subsurface;
-mod surface;
 
 use math::{Frame, hash};
 use scatter::{Bsdf, CoatProfiles};
 use scene_desc::ImageId;
 use spectrum::Wavelengths;
 
-use self::surface::{Lookup, Surface};
+use self::look::Look;
+use self::parameters::Lookup;
 use crate::textures::{FloatHandle, Textures};
 use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
 
@@ -61,6 +63,24 @@ struct Material {
     relief: Relief,
     /// The BSDF, where it is the same everywhere.
     constant: Option<Bsdf>,
+}
+
+/// What stands at a point, or where to look further.
+#[derive(Clone, Debug)]
+enum Surface {
+    Look(Look),
+    /// One of two, by a hash of the point: the second with this chance.
+    Mix {
+        materials: [MaterialId; 2],
+        amount: FloatHandle,
+    },
+    /// One on each side.
+    TwoSided {
+        front: MaterialId,
+        back: MaterialId,
+    },
+    /// Nothing but a border of media.
+    Interface,
 }
 
 /// What bends the shading normal.
@@ -102,13 +122,7 @@ impl Materials {
                 let outside = si.ng.dot(si.wo) >= 0.0;
                 matches!(self.resolve(si.material, textures, &ctx, outside).surface, Surface::Interface)
             }
-            Surface::Diffuse { .. }
-            | Surface::DiffuseTransmission { .. }
-            | Surface::Conductor { .. }
-            | Surface::Dielectric { .. }
-            | Surface::ThinDielectric { .. }
-            | Surface::CoatedDiffuse { .. }
-            | Surface::CoatedConductor { .. } => false,
+            Surface::Look(_) => false,
         }
     }
 
@@ -143,7 +157,10 @@ impl Materials {
         let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo) >= 0.0);
         let bsdf = match material.constant {
             Some(bsdf) => bsdf,
-            None => material.surface.bsdf(&mut Lookup { textures, ctx: &ctx, wl }, &self.profiles)?,
+            None => match &material.surface {
+                Surface::Look(look) => look.bsdf(&mut Lookup::at(textures, &ctx, wl), &self.profiles),
+                Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => return None,
+            },
         };
         let frame = match material.relief {
             Relief::None => si.frame,
@@ -169,14 +186,7 @@ impl Materials {
                     let side = if outside { front } else { back };
                     &self.list[side.index()]
                 }
-                Surface::Diffuse { .. }
-                | Surface::DiffuseTransmission { .. }
-                | Surface::Conductor { .. }
-                | Surface::Dielectric { .. }
-                | Surface::ThinDielectric { .. }
-                | Surface::CoatedDiffuse { .. }
-                | Surface::CoatedConductor { .. }
-                | Surface::Interface => return material,
+                Surface::Look(_) | Surface::Interface => return material,
             };
         }
     }
@@ -192,13 +202,7 @@ impl Materials {
                     (Gaps::Nowhere | Gaps::Somewhere | Gaps::Everywhere, _) => Gaps::Somewhere,
                 }
             }
-            Surface::Diffuse { .. }
-            | Surface::DiffuseTransmission { .. }
-            | Surface::Conductor { .. }
-            | Surface::Dielectric { .. }
-            | Surface::ThinDielectric { .. }
-            | Surface::CoatedDiffuse { .. }
-            | Surface::CoatedConductor { .. } => Gaps::Nowhere,
+            Surface::Look(_) => Gaps::Nowhere,
         }
     }
 }

@@ -1,19 +1,21 @@
 //! From the materials of a description to their parameters' handles.
 
+mod inputs;
+
 use rayon::prelude::*;
 use scatter::{Bsdf, CoatProfiles};
 use scene_desc::{
-    ConductorSpectrum, FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SceneDesc, Span,
-    SpectrumDesc, SpectrumInput, SubsurfaceProfile,
+    FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SceneDesc, Span, SpectrumDesc,
+    SpectrumInput, SubsurfaceProfile, Tint,
 };
 use spectrum::{ColorMode, Spectrum, Wavelengths};
 
-use super::metal::rgb_metal;
+use super::look::{Look, PlasticLook};
+use super::parameters::{Base, Lookup, ProfileKey};
 use super::subsurface::{effective_albedo, measured, names};
-use super::surface::{Alpha, Base, Eta, Layer, Lookup, Metal, Surface};
-use super::{Material, Materials, Relief};
-use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, TextureCompiler, Textures, spectral_curve};
-use crate::{Footprint, MaterialId, TextureContext};
+use super::{Material, Materials, Relief, Surface};
+use crate::MaterialId;
+use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, TextureCompiler};
 
 impl Materials {
     /// Compiles all materials of a scene; their ids stay. Inputs that make no sense are reported to the compiler's
@@ -31,15 +33,14 @@ impl Materials {
         let profiles: Vec<CoatProfiles> = compiler
             .profiles
             .par_iter()
-            .map(|&[eta, thickness, lo, hi]| CoatProfiles::new(eta, thickness, [lo, hi]))
+            .map(|k| CoatProfiles::new(k.eta, k.thickness, k.alpha, k.distribution))
             .collect();
 
         // In RGB mode a surface that does not vary has one BSDF.
         let colors = textures.colors();
         if colors.mode == ColorMode::Rgb {
-            let nowhere = Textures::none(colors);
             for material in &mut list {
-                material.constant = uniform_bsdf(&material.surface, &nowhere, &profiles);
+                material.constant = uniform_bsdf(&material.surface, &profiles);
             }
         }
         Self { list, profiles }
@@ -49,22 +50,28 @@ impl Materials {
 impl Material {
     fn black() -> Self {
         let reflectance = SpectrumHandle::Constant(spectrum::SpectrumValue::ZERO);
-        Self { surface: Surface::Diffuse { reflectance }, relief: Relief::None, constant: None }
+        Self { surface: Surface::Look(Look::Diffuse { reflectance }), relief: Relief::None, constant: None }
     }
 }
 
 /// The BSDF of a surface that is the same everywhere, in RGB mode.
-fn uniform_bsdf(surface: &Surface, nowhere: &Textures, profiles: &[CoatProfiles]) -> Option<Bsdf> {
-    if !surface.is_uniform() {
-        return None;
-    }
-    let ctx = TextureContext {
-        p: math::Point::default(),
-        n: math::Dir::Z,
-        uv: math::Vec2::ZERO,
-        footprint: Footprint::default(),
-    };
-    surface.bsdf(&mut Lookup { textures: nowhere, ctx: &ctx, wl: &mut Wavelengths::RGB.clone() }, profiles)
+fn uniform_bsdf(surface: &Surface, profiles: &[CoatProfiles]) -> Option<Bsdf> {
+    let Surface::Look(look) = surface else { return None };
+    let mut wl = Wavelengths::RGB.clone();
+    let mut nowhere = Lookup::nowhere(&mut wl);
+    let bsdf = look.bsdf(&mut nowhere, profiles);
+    (!nowhere.varies()).then_some(bsdf)
+}
+
+/// A coat, as described.
+struct CoatParts<'a> {
+    eta: &'a IndexOfRefraction,
+    roughness: &'a Roughness,
+    thickness: &'a FloatInput,
+    g: &'a FloatInput,
+    albedo: &'a SpectrumInput,
+    /// Events of a walk, walks of an evaluation.
+    limits: [u32; 2],
 }
 
 struct Compiler<'a, 'b> {
@@ -72,7 +79,7 @@ struct Compiler<'a, 'b> {
     /// What is on the side that no material was given for: after those of the scene.
     black: MaterialId,
     /// Keys of the coats to tabulate, each once.
-    profiles: Vec<[f32; 4]>,
+    profiles: Vec<ProfileKey>,
     /// Where indices that depend on wavelength were averaged.
     dispersive: Vec<Span>,
 }
@@ -96,43 +103,77 @@ impl Compiler<'_, '_> {
     }
 
     fn surface(&mut self, kind: &MaterialKind, span: Span) -> Surface {
-        match kind {
+        let id = |id: &scene_desc::MaterialId| MaterialId(id.0);
+        Surface::Look(match kind {
+            MaterialKind::Mix { materials, amount } => {
+                let amount = self.textures.float(amount, span);
+                return Surface::Mix { materials: materials.each_ref().map(id), amount };
+            }
+            MaterialKind::TwoSided { front, back } => {
+                return Surface::TwoSided { front: id(front), back: back.as_ref().map_or(self.black, id) };
+            }
+            MaterialKind::Interface => return Surface::Interface,
             MaterialKind::Diffuse { reflectance } => {
-                Surface::Diffuse { reflectance: self.albedo(reflectance, span) }
+                Look::Diffuse { reflectance: self.albedo(reflectance, span) }
             }
             MaterialKind::DiffuseTransmission { reflectance, transmittance, scale } => {
-                Surface::DiffuseTransmission {
+                Look::DiffuseTransmission {
                     reflectance: self.albedo(reflectance, span),
                     transmittance: self.albedo(transmittance, span),
                     scale: *scale,
                 }
             }
-            MaterialKind::Conductor { spectrum, roughness, .. } => {
-                Surface::Conductor { metal: self.metal(spectrum, span), alpha: self.alpha(roughness, span) }
+            MaterialKind::OrenNayar { reflectance, sigma } => Look::OrenNayar {
+                reflectance: self.albedo(reflectance, span),
+                sigma_degrees: self.textures.float(sigma, span),
+            },
+            MaterialKind::Conductor { spectrum, roughness, tint } => Look::Conductor {
+                metal: self.metal(spectrum, span),
+                alpha: self.alpha(roughness, span),
+                tint: self.tint(tint, span),
+            },
+            MaterialKind::Dielectric { eta, roughness, tint } => Look::Dielectric {
+                eta: self.eta(eta, span),
+                alpha: self.alpha(roughness, span),
+                tint: self.tint(tint, span),
+            },
+            MaterialKind::ThinDielectric { eta, tint } => {
+                Look::ThinDielectric { eta: self.eta(eta, span), tint: self.tint(tint, span) }
             }
-            MaterialKind::Dielectric { eta, roughness, .. } => {
-                Surface::Dielectric { eta: self.eta(eta, span), alpha: self.alpha(roughness, span) }
+            MaterialKind::Plastic { reflectance, eta, roughness, tint, nonlinear } => {
+                self.plastic((reflectance, eta, roughness, tint), *nonlinear, span)
             }
-            MaterialKind::ThinDielectric { eta, .. } => Surface::ThinDielectric { eta: self.eta(eta, span) },
-            MaterialKind::CoatedDiffuse { reflectance, .. } => {
+            MaterialKind::CoatedDiffuse {
+                reflectance,
+                roughness,
+                thickness,
+                eta,
+                g,
+                albedo,
+                max_depth,
+                n_samples,
+            } => {
+                let limits = [*max_depth, *n_samples];
                 let base = Base::Albedo(self.albedo(reflectance, span));
-                self.coated(kind, span, |coat| Surface::CoatedDiffuse { base, coat })
+                self.coated_diffuse(base, &CoatParts { eta, roughness, thickness, g, albedo, limits }, span)
             }
-            MaterialKind::CoatedConductor { conductor, conductor_roughness, .. } => {
-                let (metal, alpha) = (self.metal(conductor, span), self.alpha(conductor_roughness, span));
-                self.coated(kind, span, |coat| Surface::CoatedConductor { metal, alpha, coat })
-            }
-            MaterialKind::Mix { materials, amount } => Surface::Mix {
-                materials: materials.map(|id| MaterialId(id.0)),
-                amount: self.textures.float(amount, span),
-            },
-            MaterialKind::TwoSided { front, back } => Surface::TwoSided {
-                front: MaterialId(front.0),
-                back: back.map_or(self.black, |id| MaterialId(id.0)),
-            },
-            MaterialKind::Interface => Surface::Interface,
-            MaterialKind::OrenNayar { reflectance, .. } | MaterialKind::Plastic { reflectance, .. } => {
-                self.stand_in(reflectance, span)
+            MaterialKind::CoatedConductor {
+                interface_roughness: roughness,
+                thickness,
+                interface_eta: eta,
+                conductor,
+                conductor_roughness,
+                g,
+                albedo,
+                max_depth,
+                n_samples,
+            } => {
+                let limits = [*max_depth, *n_samples];
+                Look::CoatedConductor {
+                    metal: self.metal(conductor, span),
+                    alpha: self.alpha(conductor_roughness, span),
+                    coat: self.layer(&CoatParts { eta, roughness, thickness, g, albedo, limits }, span),
+                }
             }
             MaterialKind::Principled(p) => self.stand_in(&p.base_color, span),
             MaterialKind::MetallicRoughness(p) => self.stand_in(&p.base_color, span),
@@ -142,128 +183,43 @@ impl Compiler<'_, '_> {
             MaterialKind::Subsurface { profile, scale: _, g, eta, roughness } => {
                 self.subsurface(profile, *g, (*eta, roughness), span)
             }
-        }
+        })
     }
 
-    fn stand_in(&mut self, reflectance: &SpectrumInput, span: Span) -> Surface {
+    fn stand_in(&mut self, reflectance: &SpectrumInput, span: Span) -> Look {
         self.textures
             .sink()
             .warning(span, "this material is not supported yet")
             .hint("a diffuse surface stands in for it");
-        Surface::Diffuse { reflectance: self.albedo(reflectance, span) }
+        Look::Diffuse { reflectance: self.albedo(reflectance, span) }
     }
 
-    fn albedo(&mut self, input: &SpectrumInput, span: Span) -> SpectrumHandle {
-        self.textures.spectrum(input, SpectrumRole::Albedo, span)
+    fn coated_diffuse(&mut self, base: Base, coat: &CoatParts<'_>, span: Span) -> Look {
+        let mut coat = self.layer(coat, span);
+        coat.profiles = coat.profile_key().map(|key| self.profile(key));
+        Look::CoatedDiffuse { base, coat }
     }
 
-    fn alpha(&mut self, roughness: &Roughness, span: Span) -> Alpha {
-        for input in [&roughness.u, &roughness.v] {
-            if let FloatInput::Constant(r) = input
-                && !(0.0..=1.0).contains(r)
-            {
-                self.textures
-                    .sink()
-                    .warning(span, format!("roughness {r} is outside [0, 1]"))
-                    .hint("it is used as it is; below zero as a mirror");
-                break;
-            }
-        }
-        let (u, v) = (self.textures.float(&roughness.u, span), self.textures.float(&roughness.v, span));
-        Alpha { u, v, remap: roughness.remap }
-    }
-
-    fn eta(&mut self, eta: &IndexOfRefraction, span: Span) -> Eta {
-        let desc = match eta {
-            IndexOfRefraction::Constant(eta) => return Eta::Constant(*eta),
-            IndexOfRefraction::Spectrum(desc) => desc,
-        };
-        let curve = spectral_curve(desc, SpectrumRole::Unbounded, span, self.textures.sink());
-        if curve.is_constant() {
-            return Eta::Constant(curve.eval(550.0));
-        }
-        let colors = self.textures.colors();
-        match colors.mode {
-            ColorMode::Spectral => Eta::Dispersive(colors.unbounded(&curve)),
-            // The eye's mean: ∫ ȳ η / ∫ ȳ.
-            ColorMode::Rgb => {
-                self.dispersive.push(span);
-                Eta::Constant((curve.inner_product_y() / spectrum::y_integral()) as f32)
-            }
-        }
-    }
-
-    fn metal(&mut self, desc: &ConductorSpectrum, span: Span) -> Metal {
-        let (eta, k) = match desc {
-            ConductorSpectrum::Reflectance(r) => return Metal::Reflectance(self.albedo(r, span)),
-            ConductorSpectrum::EtaK { eta, k } => (eta, k),
-        };
-        let colors = self.textures.colors();
-        if let (SpectrumInput::Constant(eta), SpectrumInput::Constant(k)) = (eta, k)
-            && colors.mode == ColorMode::Rgb
-            && is_curve(eta)
-            && is_curve(k)
-        {
-            let mut curve = |d| spectral_curve(d, SpectrumRole::Unbounded, span, self.textures.sink());
-            let [eta, k] = rgb_metal(&curve(eta), &curve(k), colors).map(SpectrumHandle::Constant);
-            return Metal::EtaK { eta, k };
-        }
-        let mut handle = |input| self.textures.spectrum(input, SpectrumRole::Unbounded, span);
-        Metal::EtaK { eta: handle(eta), k: handle(k) }
-    }
-
-    /// The coat of a coated material, around what `make` puts under it.
-    fn coated(
+    fn plastic(
         &mut self,
-        kind: &MaterialKind,
+        (reflectance, eta, roughness, tint): (&SpectrumInput, &IndexOfRefraction, &Roughness, &Tint),
+        nonlinear: bool,
         span: Span,
-        make: impl FnOnce(Box<Layer>) -> Surface,
-    ) -> Surface {
-        let (MaterialKind::CoatedDiffuse {
-            roughness, eta, thickness, g, albedo, max_depth, n_samples, ..
-        }
-        | MaterialKind::CoatedConductor {
-            interface_roughness: roughness,
-            interface_eta: eta,
-            thickness,
-            g,
-            albedo,
-            max_depth,
-            n_samples,
-            ..
-        }) = kind
-        else {
-            return Surface::Interface;
-        };
-        // A coat without a medium does not absorb, however thick it is (docs/decisions/0011).
-        let albedo = self.albedo(albedo, span);
-        let thickness = match &albedo {
-            SpectrumHandle::Constant(a) if a.is_black() => FloatHandle::Constant(0.0),
-            SpectrumHandle::Constant(_) | SpectrumHandle::Texture(_) => self.textures.float(thickness, span),
-        };
-        let coat = Layer {
-            eta: self.eta(eta, span),
-            alpha: self.alpha(roughness, span),
-            thickness,
-            g: self.textures.float(g, span),
-            albedo,
-            max_depth: u16::try_from(*max_depth).unwrap_or(u16::MAX),
-            n_samples: u16::try_from(*n_samples).unwrap_or(u16::MAX).max(1),
-            profiles: None,
-        };
-        let mut surface = make(Box::new(coat));
-        if let Surface::CoatedDiffuse { coat, .. } = &mut surface {
-            coat.profiles = coat.profile_key().map(|key| self.profile(key));
-        }
-        surface
-    }
-
-    /// The index of a coat's tables.
-    fn profile(&mut self, key: [f32; 4]) -> usize {
-        self.profiles.iter().position(|k| *k == key).unwrap_or_else(|| {
-            self.profiles.push(key);
-            self.profiles.len() - 1
-        })
+    ) -> Look {
+        let (eta, alpha) = (self.eta(eta, span), self.alpha(roughness, span));
+        let profiles = eta.constant().map(|eta| {
+            let range = alpha.constant().map_or([0.0, 1.0], |[u, v]| [(u * v).sqrt(); 2]);
+            let distribution = alpha.distribution;
+            self.profile(ProfileKey { eta, thickness: 0.0, alpha: range, distribution })
+        });
+        Look::Plastic(Box::new(PlasticLook {
+            reflectance: self.albedo(reflectance, span),
+            eta,
+            alpha,
+            tint: self.tint(tint, span),
+            nonlinear,
+            profiles,
+        }))
     }
 
     fn subsurface(
@@ -272,7 +228,7 @@ impl Compiler<'_, '_> {
         g: f32,
         (eta, roughness): (f32, &Roughness),
         span: Span,
-    ) -> Surface {
+    ) -> Look {
         self.textures
             .sink()
             .warning(span, "subsurface scattering is not supported yet")
@@ -300,17 +256,15 @@ impl Compiler<'_, '_> {
                 Base::Albedo(self.albedo(&SpectrumDesc::srgb(rgb).into(), span))
             }
         };
-        let coated = MaterialKind::CoatedDiffuse {
-            reflectance: SpectrumDesc::Constant(0.0).into(),
-            roughness: roughness.clone(),
-            thickness: 0.0.into(),
-            eta: IndexOfRefraction::Constant(eta),
-            g: 0.0.into(),
-            albedo: SpectrumDesc::Constant(0.0).into(),
-            max_depth: 100,
-            n_samples: 1,
+        let coat = CoatParts {
+            eta: &IndexOfRefraction::Constant(eta),
+            roughness,
+            thickness: &0.0.into(),
+            g: &0.0.into(),
+            albedo: &SpectrumDesc::Constant(0.0).into(),
+            limits: [100, 1],
         };
-        self.coated(&coated, span, |coat| Surface::CoatedDiffuse { base, coat })
+        self.coated_diffuse(base, &coat, span)
     }
 
     /// Mixtures of what is not there or of themselves become a medium's border, and an error.
@@ -343,25 +297,10 @@ fn mixture_depth(list: &[Material], i: usize, depth: usize) -> Result<(), String
     let parts = match &material.surface {
         Surface::Mix { materials: parts, .. } => *parts,
         Surface::TwoSided { front, back } => [*front, *back],
-        Surface::Diffuse { .. }
-        | Surface::DiffuseTransmission { .. }
-        | Surface::Conductor { .. }
-        | Surface::Dielectric { .. }
-        | Surface::ThinDielectric { .. }
-        | Surface::CoatedDiffuse { .. }
-        | Surface::CoatedConductor { .. }
-        | Surface::Interface => return Ok(()),
+        Surface::Look(_) | Surface::Interface => return Ok(()),
     };
     if depth > list.len() {
         return Err("a material that is a mixture of itself".into());
     }
     parts.iter().try_for_each(|m| mixture_depth(list, m.index(), depth + 1))
-}
-
-/// A spectrum in the proper sense, rather than a colour?
-fn is_curve(desc: &SpectrumDesc) -> bool {
-    match desc {
-        SpectrumDesc::Named(_) | SpectrumDesc::Curve(_) | SpectrumDesc::Blackbody(_) => true,
-        SpectrumDesc::Constant(_) | SpectrumDesc::Rgb { .. } => false,
-    }
 }

@@ -1,0 +1,122 @@
+//! From inputs of a description to handles: the parameters that kinds of material share.
+
+use scatter::microfacet::Distribution;
+use scene_desc::{
+    ConductorSpectrum, FloatInput, IndexOfRefraction, Roughness, Span, SpectrumDesc, SpectrumInput, Tint,
+};
+use spectrum::ColorMode;
+
+use super::super::metal::rgb_metal;
+use super::super::parameters::{Alpha, Eta, Layer, Metal, ProfileKey, Tints};
+use super::{CoatParts, Compiler};
+use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, spectral_curve};
+
+impl Compiler<'_, '_> {
+    pub(super) fn albedo(&mut self, input: &SpectrumInput, span: Span) -> SpectrumHandle {
+        self.textures.spectrum(input, SpectrumRole::Albedo, span)
+    }
+
+    pub(super) fn alpha(&mut self, roughness: &Roughness, span: Span) -> Alpha {
+        for input in [&roughness.u, &roughness.v] {
+            if let FloatInput::Constant(r) = input
+                && !(0.0..=1.0).contains(r)
+            {
+                self.textures
+                    .sink()
+                    .warning(span, format!("roughness {r} is outside [0, 1]"))
+                    .hint("it is used as it is; below zero as a mirror");
+                break;
+            }
+        }
+        let (u, v) = (self.textures.float(&roughness.u, span), self.textures.float(&roughness.v, span));
+        let distribution = match roughness.distribution {
+            scene_desc::Distribution::Ggx => Distribution::Ggx,
+            scene_desc::Distribution::Beckmann => Distribution::Beckmann,
+        };
+        Alpha { u, v, remap: roughness.remap, distribution }
+    }
+
+    pub(super) fn eta(&mut self, eta: &IndexOfRefraction, span: Span) -> Eta {
+        let desc = match eta {
+            IndexOfRefraction::Constant(eta) => return Eta::Constant(*eta),
+            IndexOfRefraction::Spectrum(desc) => desc,
+        };
+        let curve = spectral_curve(desc, SpectrumRole::Unbounded, span, self.textures.sink());
+        if curve.is_constant() {
+            return Eta::Constant(curve.eval(550.0));
+        }
+        let colors = self.textures.colors();
+        match colors.mode {
+            ColorMode::Spectral => Eta::Dispersive(colors.unbounded(&curve)),
+            // The eye's mean: ∫ ȳ η / ∫ ȳ.
+            ColorMode::Rgb => {
+                self.dispersive.push(span);
+                Eta::Constant((curve.inner_product_y() / spectrum::y_integral()) as f32)
+            }
+        }
+    }
+
+    pub(super) fn metal(&mut self, desc: &ConductorSpectrum, span: Span) -> Metal {
+        let (eta, k) = match desc {
+            ConductorSpectrum::Reflectance(r) => return Metal::Reflectance(self.albedo(r, span)),
+            ConductorSpectrum::EtaK { eta, k } => (eta, k),
+        };
+        let colors = self.textures.colors();
+        if let (SpectrumInput::Constant(eta), SpectrumInput::Constant(k)) = (eta, k)
+            && colors.mode == ColorMode::Rgb
+            && is_curve(eta)
+            && is_curve(k)
+        {
+            let mut curve = |d| spectral_curve(d, SpectrumRole::Unbounded, span, self.textures.sink());
+            let [eta, k] = rgb_metal(&curve(eta), &curve(k), colors).map(SpectrumHandle::Constant);
+            return Metal::EtaK { eta, k };
+        }
+        let mut handle = |input| self.textures.spectrum(input, SpectrumRole::Unbounded, span);
+        Metal::EtaK { eta: handle(eta), k: handle(k) }
+    }
+
+    pub(super) fn tint(&mut self, tint: &Tint, span: Span) -> Tints {
+        let mut handle = |input: &Option<SpectrumInput>| {
+            input.as_ref().map(|i| self.textures.spectrum(i, SpectrumRole::Unbounded, span))
+        };
+        Tints { reflectance: handle(&tint.reflectance), transmittance: handle(&tint.transmittance) }
+    }
+
+    pub(super) fn layer(&mut self, parts: &CoatParts<'_>, span: Span) -> Box<Layer> {
+        // A coat without a medium does not absorb, however thick it is (docs/decisions/0011).
+        let albedo = self.albedo(parts.albedo, span);
+        let thickness = match &albedo {
+            SpectrumHandle::Constant(a) if a.is_black() => FloatHandle::Constant(0.0),
+            SpectrumHandle::Constant(_) | SpectrumHandle::Texture(_) => {
+                self.textures.float(parts.thickness, span)
+            }
+        };
+        let [max_depth, n_samples] = parts.limits.map(|n| u16::try_from(n).unwrap_or(u16::MAX));
+        Box::new(Layer {
+            eta: self.eta(parts.eta, span),
+            alpha: self.alpha(parts.roughness, span),
+            thickness,
+            g: self.textures.float(parts.g, span),
+            albedo,
+            max_depth,
+            n_samples: n_samples.max(1),
+            profiles: None,
+        })
+    }
+
+    /// The index of a coat's tables.
+    pub(super) fn profile(&mut self, key: ProfileKey) -> usize {
+        self.profiles.iter().position(|k| *k == key).unwrap_or_else(|| {
+            self.profiles.push(key);
+            self.profiles.len() - 1
+        })
+    }
+}
+
+/// A spectrum in the proper sense, rather than a colour?
+fn is_curve(desc: &SpectrumDesc) -> bool {
+    match desc {
+        SpectrumDesc::Named(_) | SpectrumDesc::Curve(_) | SpectrumDesc::Blackbody(_) => true,
+        SpectrumDesc::Constant(_) | SpectrumDesc::Rgb { .. } => false,
+    }
+}

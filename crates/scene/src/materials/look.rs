@@ -1,0 +1,101 @@
+//! The kinds of surface, and the BSDF that they make at a point.
+
+use scatter::microfacet::Facets;
+use scatter::{
+    Bsdf, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Dielectric, Diffuse,
+    DiffuseTransmission, OrenNayar, Plastic, ThinDielectric, TintedDielectric,
+};
+use spectrum::Spectrum;
+
+use super::parameters::{Alpha, Base, Eta, Layer, Lookup, Metal, Tints};
+use crate::textures::{FloatHandle, SpectrumHandle};
+
+/// The kinds of surface that scatter.
+#[derive(Clone, Debug)]
+pub(super) enum Look {
+    Diffuse { reflectance: SpectrumHandle },
+    DiffuseTransmission { reflectance: SpectrumHandle, transmittance: SpectrumHandle, scale: f32 },
+    OrenNayar { reflectance: SpectrumHandle, sigma_degrees: FloatHandle },
+    Conductor { metal: Metal, alpha: Alpha, tint: Tints },
+    Dielectric { eta: Eta, alpha: Alpha, tint: Tints },
+    ThinDielectric { eta: Eta, tint: Tints },
+    CoatedDiffuse { base: Base, coat: Box<Layer> },
+    CoatedConductor { metal: Metal, alpha: Alpha, coat: Box<Layer> },
+    Plastic(Box<PlasticLook>),
+}
+
+/// A boundary over Lambert's law.
+#[derive(Clone, Debug)]
+pub(super) struct PlasticLook {
+    pub(super) reflectance: SpectrumHandle,
+    pub(super) eta: Eta,
+    pub(super) alpha: Alpha,
+    pub(super) tint: Tints,
+    pub(super) nonlinear: bool,
+    /// Index of its tabulated transmittance.
+    pub(super) profiles: Option<usize>,
+}
+
+impl Look {
+    /// The BSDF at a point.
+    pub(super) fn bsdf(&self, at: &mut Lookup<'_>, profiles: &[CoatProfiles]) -> Bsdf {
+        match self {
+            Self::Diffuse { reflectance } => Diffuse::new(at.albedo(reflectance)).into(),
+            Self::DiffuseTransmission { reflectance, transmittance, scale } => {
+                let mut scaled = |h| (at.spectrum(h) * *scale).clamp(0.0, 1.0);
+                DiffuseTransmission::new(scaled(reflectance), scaled(transmittance)).into()
+            }
+            Self::OrenNayar { reflectance, sigma_degrees } => {
+                let sigma = at.float(sigma_degrees).clamp(0.0, 90.0).to_radians();
+                OrenNayar::new(at.albedo(reflectance), sigma).into()
+            }
+            Self::Conductor { metal, alpha, tint } => {
+                let facets = alpha.at(at);
+                let conductor = metal.conductor(at, facets);
+                match &tint.reflectance {
+                    Some(r) => conductor.tinted(at.positive(r)).into(),
+                    None => conductor.into(),
+                }
+            }
+            Self::Dielectric { eta, alpha, tint } => {
+                let facets = alpha.at(at);
+                let glass = Dielectric::new(eta.at(at.wl), facets);
+                match tint.at(at) {
+                    Some([r, t]) => TintedDielectric::glass(glass, r, t).into(),
+                    None => glass.into(),
+                }
+            }
+            Self::ThinDielectric { eta, tint } => {
+                let pane = ThinDielectric::new(eta.at(at.wl));
+                match tint.at(at) {
+                    Some([r, t]) => TintedDielectric::pane(pane, r, t).into(),
+                    None => pane.into(),
+                }
+            }
+            Self::CoatedDiffuse { base, coat } => {
+                let layer = coat.at(at);
+                let profile = coat.profiles.and_then(|i| profiles[i].at(layer.alpha));
+                CoatedDiffuse::new(base.albedo(at), &layer, profile).into()
+            }
+            Self::CoatedConductor { metal, alpha, coat } => {
+                let facets = alpha.at(at);
+                let metal = metal.conductor(at, facets);
+                CoatedConductor::new(metal, &coat.at(at)).into()
+            }
+            Self::Plastic(plastic) => plastic.bsdf(at, profiles).into(),
+        }
+    }
+}
+
+impl PlasticLook {
+    fn bsdf(&self, at: &mut Lookup<'_>, profiles: &[CoatProfiles]) -> Plastic {
+        let (eta, facets) = (self.eta.at(at.wl), self.alpha.at(at));
+        let [u, v] = facets.alpha();
+        let alpha = (u * v).sqrt();
+        let profile = self.profiles.and_then(|i| profiles[i].at([alpha; 2]));
+        let profile = profile.unwrap_or_else(|| CoatProfile::smooth(eta, 0.0));
+        let facets = if facets.is_smooth() { Facets::SMOOTH } else { facets };
+        let plastic = Plastic::new(at.albedo(&self.reflectance), eta, facets, profile, self.nonlinear);
+        plastic.tinted(self.tint.reflectance.as_ref().map_or(Spectrum::ONE, |r| at.positive(r)))
+    }
+}
