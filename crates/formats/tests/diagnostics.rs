@@ -437,8 +437,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: it would make the picture darker than it is; samples are not clamped
     a.pbrt:3:8: warning: option "forcediffuse" is not supported
       hint: it is ignored
-    a.pbrt:5:1: warning: material "hair" is not supported yet
-      hint: a grey diffuse surface stands in for it
     a.pbrt:6:1: warning: material "measured" is not supported yet
       hint: a grey diffuse surface stands in for it
     a.pbrt:8:1: warning: ptex textures are not supported

@@ -12,10 +12,15 @@
 //! | `OrenNayar`           | rough and matt                                         | never      |
 //! | `Plastic`             | a dielectric boundary over Lambert's law               | if smooth  |
 //! | `TintedDielectric`    | glass or a pane with factors                           | if smooth  |
+//! | `Principled`          | Disney's principled surface                            | never      |
+//! | `PrincipledThin`      | the same as a sheet                                    | never      |
+//! | `MetallicRoughness`   | glTF's surface with its layers                         | never      |
+//! | `Hair`                | a fibre; not reciprocal                                | never      |
 //!
 //! A mixture of materials is resolved at the hit (`scene`), by a hash of the point. To add a kind: its file here,
 //! a line in the closed set below and in the table above, a line in `tests/laws.rs`.
 
+mod cloth;
 mod coated;
 mod coated_conductor;
 mod coated_diffuse;
@@ -23,12 +28,18 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
+mod hair;
+mod lobe;
+mod metallic_roughness;
+mod mixture;
 mod oren_nayar;
 mod plastic;
+mod principled;
+mod principled_thin;
 mod thin_dielectric;
 mod tinted;
 
-use std::ops::{BitOr, Not};
+use std::ops::Not;
 
 use math::LocalDir;
 use sampling::{Pdf, SolidAngle};
@@ -41,8 +52,13 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use hair::Hair;
+pub use lobe::{Gloss, Lobe, LobeFlags, SampleLobes, Side};
+pub use metallic_roughness::{MetallicRoughness, MetallicRoughnessParameters};
 pub use oren_nayar::OrenNayar;
 pub use plastic::Plastic;
+pub use principled::{Principled, PrincipledParameters};
+pub use principled_thin::{PrincipledThin, ThinParameters};
 pub use thin_dielectric::ThinDielectric;
 pub use tinted::TintedDielectric;
 
@@ -77,135 +93,6 @@ impl Not for TransportMode {
         match self {
             Self::Radiance => Self::Importance,
             Self::Importance => Self::Radiance,
-        }
-    }
-}
-
-/// Which side light comes out of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The side that it came from.
-    Reflection,
-    /// The other.
-    Transmission,
-}
-
-/// How wide a lobe is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gloss {
-    /// Over the whole hemisphere.
-    Diffuse,
-    /// About one direction.
-    Glossy,
-    /// In one direction alone: a delta.
-    Specular,
-}
-
-/// What a sample was drawn from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lobe {
-    /// Reflection or transmission.
-    pub side: Side,
-    /// Diffuse, glossy or specular.
-    pub gloss: Gloss,
-}
-
-impl Lobe {
-    pub(crate) const fn reflection(gloss: Gloss) -> Self {
-        Self { side: Side::Reflection, gloss }
-    }
-
-    pub(crate) const fn transmission(gloss: Gloss) -> Self {
-        Self { side: Side::Transmission, gloss }
-    }
-
-    /// A delta?
-    #[must_use]
-    pub fn is_specular(self) -> bool {
-        self.gloss == Gloss::Specular
-    }
-
-    /// Through the surface?
-    #[must_use]
-    pub fn is_transmission(self) -> bool {
-        self.side == Side::Transmission
-    }
-}
-
-/// The lobes that a BSDF has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LobeFlags(u8);
-
-impl LobeFlags {
-    /// None: the surface is black.
-    pub const NONE: Self = Self(0);
-    /// Lambertian reflection.
-    pub const DIFFUSE_REFLECTION: Self = Self(1);
-    /// Lambertian transmission.
-    pub const DIFFUSE_TRANSMISSION: Self = Self(2);
-    /// Rough reflection.
-    pub const GLOSSY_REFLECTION: Self = Self(4);
-    /// Rough transmission.
-    pub const GLOSSY_TRANSMISSION: Self = Self(8);
-    /// Mirror reflection.
-    pub const SPECULAR_REFLECTION: Self = Self(16);
-    /// Refraction, or straight passage.
-    pub const SPECULAR_TRANSMISSION: Self = Self(32);
-
-    /// Every lobe that follows Lambert's law.
-    pub const DIFFUSE: Self = Self(1 | 2);
-    /// Every lobe that is a delta.
-    pub const SPECULAR: Self = Self(16 | 32);
-    /// Every lobe through the surface.
-    pub const TRANSMISSION: Self = Self(2 | 8 | 32);
-
-    /// Any lobe in common?
-    #[must_use]
-    pub const fn intersects(self, other: Self) -> bool {
-        self.0 & other.0 != 0
-    }
-
-    /// No lobe but those of `other`?
-    #[must_use]
-    pub const fn is_within(self, other: Self) -> bool {
-        self.0 & !other.0 == 0
-    }
-
-    /// No lobe at all?
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-}
-
-impl BitOr for LobeFlags {
-    type Output = Self;
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-/// Which sides a sample may come out of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SampleLobes {
-    /// Both.
-    #[default]
-    All,
-    /// Only the side of `wo`.
-    Reflection,
-    /// Only the other.
-    Transmission,
-}
-
-impl SampleLobes {
-    /// The probability of reflection, where it would be `reflectance` if both sides were allowed.
-    #[must_use]
-    #[inline]
-    pub(crate) fn reflection_probability(self, reflectance: f32) -> f32 {
-        match self {
-            Self::All => reflectance,
-            Self::Reflection => 1.0,
-            Self::Transmission => 0.0,
         }
     }
 }
@@ -310,6 +197,12 @@ pub trait BsdfKind: Copy + Into<Bsdf> {
     /// About `∫ f |cos θi| dωi`: for guides and auxiliary images, not for light transport.
     fn albedo_estimate(&self, wo: LocalDir) -> Spectrum;
 
+    /// Is `f` the same with its directions exchanged (up to η²)? Fitted models may not be: importance then flows by `f`
+    /// with its directions exchanged, so that light paths and eye paths still agree.
+    fn is_reciprocal(&self) -> bool {
+        true
+    }
+
     /// The same surface with its narrow lobes widened.
     #[must_use]
     fn regularized(&self) -> Self {
@@ -342,6 +235,14 @@ closed_set! {
         Plastic,
         /// Glass or a pane with factors.
         TintedDielectric,
+        /// Disney's.
+        Principled,
+        /// Disney's, of a sheet.
+        PrincipledThin,
+        /// glTF's.
+        MetallicRoughness,
+        /// Hair.
+        Hair,
     }
 }
 
@@ -392,6 +293,12 @@ impl Bsdf {
         dispatch!(self, b => b.albedo_estimate(wo))
     }
 
+    /// See [`BsdfKind::is_reciprocal`].
+    #[must_use]
+    pub fn is_reciprocal(&self) -> bool {
+        dispatch!(self, b => b.is_reciprocal())
+    }
+
     /// See [`BsdfKind::regularized`].
     #[must_use]
     pub fn regularized(&self) -> Self {
@@ -432,6 +339,6 @@ mod tests {
         assert!(!Bsdf::from(Diffuse::new(Spectrum::ONE)).has_delta());
         assert!(!glass.regularized().has_delta());
         assert_eq!(glass.name(), "Dielectric");
-        assert_eq!(Bsdf::NAMES.len(), 10);
+        assert_eq!(Bsdf::NAMES.len(), 14);
     }
 }

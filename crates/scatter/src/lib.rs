@@ -15,7 +15,8 @@ pub mod microfacet;
 
 pub use bsdf::{
     Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Conductor,
-    Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Lobe, LobeFlags, OrenNayar, Plastic,
-    SampleLobes, Side, ThinDielectric, TintedDielectric, TransportMode,
+    Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Hair, Lobe, LobeFlags, MetallicRoughness,
+    MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
+    SampleLobes, Side, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
 pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};

@@ -1,8 +1,8 @@
-//! Distributions of microfacets, with height-correlated Smith masking.
+//! Distributions of microfacets, with Smith masking.
 //!
 //! | what                  | source                                              |
 //! |-----------------------|-----------------------------------------------------|
-//! | `lambda`, `g1`, `g2`  | [Heitz2014], height-correlated                      |
+//! | `lambda`, `g1`, `g2`  | [Heitz2014], height-correlated or separable         |
 //! | visible normals       | [Heitz2018] for the density                         |
 //! | `regularize`, `alpha_from_roughness` | pbrt-v4's conventions                |
 //!
@@ -39,6 +39,17 @@ pub enum Distribution {
 pub struct Facets {
     alpha: [f32; 2],
     distribution: Distribution,
+    masking: Masking,
+}
+
+/// How masking and shadowing of one facet depend on each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Masking {
+    /// By the facets' heights: `1/(1 + Λ(wo) + Λ(wi))`.
+    #[default]
+    Correlated,
+    /// Not at all: `G1(wo) G1(wi)`, as in Mitsuba; a little darker.
+    Separable,
 }
 
 /// GGX of these widths.
@@ -55,7 +66,7 @@ impl Facets {
     pub fn new(alpha: [f32; 2], distribution: Distribution) -> Self {
         let smooth = alpha[0].max(alpha[1]) < Self::SMOOTH_BELOW;
         let floor = if smooth { 0.0 } else { 1e-4 };
-        Self { alpha: alpha.map(|a| a.max(floor)), distribution }
+        Self { alpha: alpha.map(|a| a.max(floor)), distribution, masking: Masking::Correlated }
     }
 
     /// GGX.
@@ -70,8 +81,15 @@ impl Facets {
         Self::new([alpha_x, alpha_y], Distribution::Beckmann)
     }
 
+    /// The same with another masking.
+    #[must_use]
+    pub fn masked(self, masking: Masking) -> Self {
+        Self { masking, ..self }
+    }
+
     /// A mirror.
-    pub const SMOOTH: Self = Self { alpha: [0.0; 2], distribution: Distribution::Ggx };
+    pub const SMOOTH: Self =
+        Self { alpha: [0.0; 2], distribution: Distribution::Ggx, masking: Masking::Correlated };
 
     /// Surfaces with both widths below this are treated as mirrors (pbrt-v4).
     pub const SMOOTH_BELOW: f32 = 1e-3;
@@ -147,16 +165,21 @@ impl Facets {
         2.0 * c / (c + self.stretch(w)).max(MIN_Z)
     }
 
-    /// Height-correlated masking and shadowing `G2 = 1/(1 + Λ(wo) + Λ(wi))`.
+    /// Masking and shadowing `G2`.
     #[must_use]
     pub fn g2(&self, wo: LocalDir, wi: LocalDir) -> f32 {
-        2.0 * wo.abs_cos_theta() * wi.abs_cos_theta() / self.cross_stretch(wo, wi).max(MIN_Z)
+        let (co, ci) = (wo.abs_cos_theta(), wi.abs_cos_theta());
+        2.0 * co * ci * self.visibility([co, self.stretch(wo)], [ci, self.stretch(wi)])
     }
 
-    /// `s(wo)|zi| + s(wi)|zo|`, which is `2 |zo zi| / G2`.
+    /// `G2 / (2 |zo zi|)`, of cosines and stretches: `1 / (so ci + si co)` if correlated, `2 / ((co + so)(ci + si))` if
+    /// not.
     #[inline]
-    pub(crate) fn cross_stretch(&self, wo: LocalDir, wi: LocalDir) -> f32 {
-        self.stretch(wo) * wi.abs_cos_theta() + self.stretch(wi) * wo.abs_cos_theta()
+    pub(crate) fn visibility(&self, [co, so]: [f32; 2], [ci, si]: [f32; 2]) -> f32 {
+        match self.masking {
+            Masking::Correlated => 1.0 / (so * ci + si * co).max(MIN_Z),
+            Masking::Separable => 2.0 / ((co + so) * (ci + si)).max(MIN_Z),
+        }
     }
 
     /// `G2/G1(wo)`, the weight of a sample of visible normals; in [0, 1].
@@ -165,7 +188,7 @@ impl Facets {
     pub fn shadowing(&self, wo: LocalDir, wi: LocalDir) -> f32 {
         let (so, si) = (self.stretch(wo), self.stretch(wi));
         let (co, ci) = (wo.abs_cos_theta(), wi.abs_cos_theta());
-        ci * (co + so) / (so * ci + si * co).max(MIN_Z)
+        ci * (co + so) * self.visibility([co, so], [ci, si])
     }
 
     /// Density of the normals that `wo` sees, `G1(wo) |wo·m| D(m) / |z|`, per steradian of `m`.

@@ -4,8 +4,8 @@ use math::{LocalDir, Vec3};
 use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
-    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, OrenNayar,
-    Plastic, TransportMode,
+    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Hair,
+    OrenNayar, Plastic, TransportMode,
 };
 use testkit::chi2::uniform_pair;
 use testkit::statistics::{Moments, sidak, t_test, welch_test};
@@ -273,4 +273,19 @@ fn oren_and_nayar_send_back_more_than_lambert_towards_the_light() {
     let smooth = OrenNayar::new(Spectrum::ONE, 0.0);
     let at_zero = smooth.eval(at(0.3), at(0.3), TransportMode::Radiance).lanes()[0];
     assert!((at_zero - std::f32::consts::FRAC_1_PI).abs() < 1e-6);
+}
+
+#[test]
+fn a_white_hair_gives_back_all_it_gets() {
+    // Over all of its width, from any angle [PBR4e, sec. 9.9.6]: without absorption the lobes add up to one.
+    for (beta, mu) in [([0.3, 0.3], 0.4), ([0.6, 0.9], 0.9), ([0.25, 0.2], 0.7)] {
+        let wo = at(mu);
+        let m = Moments::of((0..40_000).map(|i| {
+            let [u, h] = uniform_pair(41, i);
+            let hair = Hair::new(Spectrum::ZERO, 2.0 * h - 1.0, 1.55, beta, 0.0);
+            let s = hair.sample(wo, u, uniform_pair(42, i), TransportMode::Radiance);
+            f64::from(s.map_or(0.0, |s| s.weight.lanes()[0]))
+        }));
+        assert!((m.mean() - 1.0).abs() < 5.0 * m.std_error() + 2e-3, "{beta:?} {mu}: {m:?}");
+    }
 }

@@ -4,8 +4,9 @@ use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
     Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, HenyeyGreenstein, Isotropic, OrenNayar, Plastic, Rayleigh, ThinDielectric,
-    TintedDielectric,
+    DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, MetallicRoughness, MetallicRoughnessParameters,
+    OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin, Rayleigh, ThinDielectric,
+    ThinParameters, TintedDielectric,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -34,6 +35,59 @@ fn closed(alpha: f32) -> CoatedDiffuse {
 
 fn plastic(facets: Facets, nonlinear: bool) -> Plastic {
     Plastic::new(RED, 1.5, facets, CoatProfile::of(1.5, facets, 0.0), nonlinear)
+}
+
+fn paint() -> PrincipledParameters {
+    PrincipledParameters {
+        base: RED * 0.8,
+        hue: RED * 2.0,
+        metallic: 0.3,
+        roughness: 0.5,
+        facets: Principled::facets(0.5, 0.6),
+        eta: 1.5,
+        spec_tint: 0.3,
+        spec_trans: 0.0,
+        sheen: 0.0,
+        sheen_tint: 0.5,
+        flatness: 0.0,
+        clearcoat: 0.8,
+        clearcoat_gloss: 0.1,
+    }
+}
+
+fn gltf() -> MetallicRoughnessParameters {
+    MetallicRoughnessParameters {
+        base: RED,
+        metallic: 0.0,
+        facets: MetallicRoughness::facets(0.5, 0.0),
+        eta: 1.5,
+        specular: 1.0,
+        specular_color: Spectrum::ONE,
+        sheen: Spectrum::ZERO,
+        sheen_roughness: 0.0,
+        clearcoat: 0.0,
+        clearcoat_roughness: 0.0,
+        transmission: 0.0,
+        diffuse_transmission: (0.0, Spectrum::ONE),
+        thin: true,
+    }
+}
+
+fn sheet() -> ThinParameters {
+    ThinParameters {
+        base: RED * 0.8,
+        hue: RED * 2.0,
+        roughness: 0.6,
+        facets: Principled::facets(0.6, 0.0),
+        facets_through: Principled::facets(PrincipledThin::roughness_through(0.6, 1.4), 0.0),
+        eta: 1.4,
+        spec_tint: 0.2,
+        spec_trans: 0.5,
+        sheen: 0.1,
+        sheen_tint: 0.5,
+        flatness: 0.3,
+        diff_trans: 0.4,
+    }
 }
 
 bsdf_laws! {
@@ -67,6 +121,34 @@ bsdf_laws! {
     plastic_regularized: plastic(Facets::SMOOTH, true).regularized();
     tinted_glass: TintedDielectric::glass(Dielectric::new(1.5, [0.3; 2]), RED, RED * 0.5);
     tinted_pane: TintedDielectric::pane(ThinDielectric::new(1.5), RED, RED * 0.5);
+    principled: Principled::new(paint());
+    principled_glass: Principled::new(PrincipledParameters { spec_trans: 0.8, metallic: 0.1, ..paint() });
+    principled_cloth: Principled::new(PrincipledParameters { sheen: 0.2, flatness: 0.6, clearcoat: 0.0, ..paint() });
+    principled_thin: PrincipledThin::new(sheet());
+    principled_leaf: PrincipledThin::new(ThinParameters { spec_trans: 0.0, ..sheet() });
+    gltf_white: MetallicRoughness::new(&MetallicRoughnessParameters { base: Spectrum::ONE, ..gltf() });
+    gltf_layers: MetallicRoughness::new(&MetallicRoughnessParameters {
+        metallic: 0.3,
+        sheen: RED,
+        sheen_roughness: 0.4,
+        clearcoat: 0.8,
+        clearcoat_roughness: 0.2,
+        facets: MetallicRoughness::facets(0.4, 0.6),
+        ..gltf()
+    });
+    gltf_sheet: MetallicRoughness::new(&MetallicRoughnessParameters {
+        transmission: 0.6,
+        diffuse_transmission: (0.4, RED),
+        clearcoat: 0.5,
+        clearcoat_roughness: 0.4,
+        sheen: RED * 0.5,
+        sheen_roughness: 0.8,
+        ..gltf()
+    });
+    gltf_glass: MetallicRoughness::new(&MetallicRoughnessParameters { transmission: 0.9, thin: false, ..gltf() });
+    hair: Hair::new(Spectrum::from_rgb([0.1, 0.3, 0.8]), 0.3, 1.55, [0.3, 0.3], 0.035);
+    hair_smooth: Hair::new(Spectrum::from_rgb([0.0, 0.3, 1.8]), -0.8, 1.55, [0.2, 0.25], 0.05);
+    hair_rough: Hair::new(Spectrum::ZERO, 0.0, 1.3, [0.9, 0.8], 0.0);
     any: Bsdf::from(Diffuse::new(RED));
     regularized_glass: Bsdf::from(Dielectric::new(1.5, [0.02; 2])).regularized();
     regularized_coat: Bsdf::from(closed(0.04)).regularized();

@@ -22,8 +22,8 @@ pub use film::{FilmDesc, FilterDesc, SensorDesc};
 pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc};
 pub use light::{AreaLightDesc, FovAxis, Illuminant, LightDesc, LightKind, SpotFalloff, Throw};
 pub use material::{
-    ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness,
-    SubsurfaceProfile, Tint,
+    ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, Masking, MaterialDesc, MaterialKind,
+    Roughness, SubsurfaceProfile, Tint,
 };
 pub use medium::{GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc};
 pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};

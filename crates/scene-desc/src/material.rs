@@ -46,6 +46,16 @@ pub enum Distribution {
     Beckmann,
 }
 
+/// How masking and shadowing of one facet depend on each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+pub enum Masking {
+    /// By the heights of facets [Heitz2014], as in pbrt-v4.
+    #[default]
+    Correlated,
+    /// Not at all, as in Mitsuba: a little darker.
+    Separable,
+}
+
 /// Width of a microfacet distribution along u and v.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Roughness {
@@ -57,6 +67,8 @@ pub struct Roughness {
     pub remap: bool,
     /// Of the normals.
     pub distribution: Distribution,
+    /// Of facets by each other.
+    pub masking: Masking,
     /// Give back the light that bounces between facets, which single scattering loses? No format's renderer does by
     /// default.
     pub compensate: bool,
@@ -72,8 +84,8 @@ impl Roughness {
     /// GGX with these numbers or textures along u and v.
     #[must_use]
     pub fn new(u: impl Into<FloatInput>, v: impl Into<FloatInput>, remap: bool) -> Self {
-        let distribution = Distribution::default();
-        Self { u: u.into(), v: v.into(), remap, distribution, compensate: false }
+        let (distribution, masking) = (Distribution::default(), Masking::default());
+        Self { u: u.into(), v: v.into(), remap, distribution, masking, compensate: false }
     }
 }
 

@@ -12,6 +12,7 @@
 //! so that every path that comes to a point finds the same surface there.
 //! Left out: subsurface scattering, which is rendered as a coat over its effective albedo, with a warning.
 
+mod artist;
 mod bump;
 mod compile;
 mod look;
@@ -19,7 +20,7 @@ mod metal;
 mod parameters;
 mod subsurface;
 
-use math::{Frame, hash};
+use math::{Frame, hash, trig};
 use scatter::{Bsdf, CoatProfiles};
 use scene_desc::ImageId;
 use spectrum::Wavelengths;
@@ -166,6 +167,18 @@ impl Materials {
             Relief::None => si.frame,
             Relief::Bump(height) => bump::bump(si, &ctx, |ctx| textures.float(&height, ctx)),
             Relief::NormalMap(image) => bump::normal_map(si, textures.images().get(image)),
+        };
+        let rotation = match &material.surface {
+            Surface::Look(look) => look.rotation(),
+            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => None,
+        };
+        let frame = match rotation {
+            None => frame,
+            Some(angle) => {
+                let (sin, cos) = trig::sin_cos(textures.float(angle, &ctx));
+                let (s, t) = (frame.s * cos + frame.t * sin, frame.t * cos - frame.s * sin);
+                Frame { s, t, n: frame.n }
+            }
         };
         Some(Shading { bsdf, frame })
     }

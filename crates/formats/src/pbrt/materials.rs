@@ -1,8 +1,8 @@
 //! `Material` and `MakeNamedMaterial`, with pbrt-v4's defaults.
 
 use scene_desc::{
-    ConductorSpectrum, FloatInput, ImageEncoding, MaterialDesc, MaterialId, MaterialKind, Roughness,
-    SpectrumDesc, SpectrumInput, SubsurfaceProfile, Tint,
+    ConductorSpectrum, FloatInput, HairColor, ImageEncoding, MaterialDesc, MaterialId, MaterialKind,
+    Roughness, SpectrumDesc, SpectrumInput, SubsurfaceProfile, Tint,
 };
 
 use super::build::Build;
@@ -87,7 +87,7 @@ impl Build<'_, '_> {
             normal_map = self.image_param(p, "normalmap", ImageEncoding::Linear);
             displacement = self.float_input(p, "displacement");
         }
-        let is_stand_in = matches!(entity.kind.as_str(), "hair" | "measured");
+        let is_stand_in = entity.kind == "measured";
         if kind.is_some() && !is_stand_in {
             // The type of a named material is a parameter.
             p.accept(&[("type", Type::String)]);
@@ -124,7 +124,8 @@ impl Build<'_, '_> {
             "subsurface" => return self.subsurface(entity),
             "mix" => return self.mix(entity),
             "interface" | "none" | "" => MaterialKind::Interface,
-            "hair" | "measured" => {
+            "hair" => self.hair(p),
+            "measured" => {
                 self.report
                     .warning(entity.span, format!("material \"{}\" is not supported yet", entity.kind))
                     .hint("a grey diffuse surface stands in for it");
@@ -210,6 +211,35 @@ impl Build<'_, '_> {
             albedo: self.albedo(p, "albedo", 0.0),
             max_depth: p.count("maxdepth", 10, 1..=1 << 16, self.report),
             n_samples: p.count("nsamples", 1, 1..=1 << 16, self.report),
+        }
+    }
+
+    /// What colours it: the first that is given of absorption, reflectance and pigment; brown if nothing is said.
+    fn hair(&mut self, p: &Params) -> MaterialKind {
+        let sigma_a = self.spectrum_input(p, "sigma_a", Role::Unbounded);
+        let reflectance = match self.spectrum_input(p, "reflectance", Role::Albedo) {
+            Some(r) => Some(r),
+            None => self.spectrum_input(p, "color", Role::Albedo),
+        };
+        let eumelanin = self.float_input(p, "eumelanin");
+        let pheomelanin = self.float_input(p, "pheomelanin");
+        let color = match (sigma_a, reflectance) {
+            (Some(sigma_a), _) => HairColor::Absorption(sigma_a),
+            (None, Some(reflectance)) => HairColor::Reflectance(reflectance),
+            (None, None) => {
+                let brown = if pheomelanin.is_none() { 1.3 } else { 0.0 };
+                HairColor::Melanin {
+                    eumelanin: eumelanin.unwrap_or(brown.into()),
+                    pheomelanin: pheomelanin.unwrap_or(0.0.into()),
+                }
+            }
+        };
+        MaterialKind::Hair {
+            color,
+            eta: p.float("eta", 1.55, self.report),
+            beta_m: self.number(p, "beta_m", 0.3),
+            beta_n: self.number(p, "beta_n", 0.3),
+            alpha: self.number(p, "alpha", 2.0),
         }
     }
 

@@ -105,7 +105,8 @@ impl BsdfKind for Conductor {
         let (so, si) = (self.facets.stretch(wo), self.facets.stretch(wi));
         let (co, ci) = (wo.abs_cos_theta(), wi.abs_cos_theta());
         let half_d = 0.5 * self.facets.d(m);
-        (self.fresnel(wo.dot(m)) * (half_d / (so * ci + si * co)), Pdf::new(half_d / (co + so)))
+        let visibility = self.facets.visibility([co, so], [ci, si]);
+        (self.fresnel(wo.dot(m)) * (half_d * visibility), Pdf::new(half_d / (co + so)))
     }
 
     #[inline]

@@ -98,15 +98,16 @@ impl Dielectric {
         };
         let p_reflect = lobes.reflection_probability(reflectance);
         let half_d = 0.5 * self.facets.d(m);
+        let visibility = self.facets.visibility([co, so], [ci, si]);
 
         if is_reflection {
-            return (reflectance * half_d / (so * ci + si * co), Pdf::new(p_reflect * half_d / (co + so)));
+            return (reflectance * half_d * visibility, Pdf::new(p_reflect * half_d / (co + so)));
         }
         // 4 |wo·m| dω_m / dω_i, which is one for reflection.
         let sum = wi.dot(m) + wo.dot(m) / eta;
         let jacobian = 4.0 * (wi.dot(m) * wo.dot(m)).abs() / (sum * sum).max(f32::MIN_POSITIVE);
         let transmittance = (1.0 - reflectance) * mode.transmission_scale(eta);
-        let f = transmittance * half_d * jacobian / (so * ci + si * co);
+        let f = transmittance * half_d * jacobian * visibility;
         (f, Pdf::new((1.0 - p_reflect) * half_d * jacobian / (co + so)))
     }
 

@@ -1,5 +1,6 @@
 //! From the materials of a description to their parameters' handles.
 
+mod artist;
 mod inputs;
 
 use rayon::prelude::*;
@@ -60,7 +61,7 @@ fn uniform_bsdf(surface: &Surface, profiles: &[CoatProfiles]) -> Option<Bsdf> {
     let mut wl = Wavelengths::RGB.clone();
     let mut nowhere = Lookup::nowhere(&mut wl);
     let bsdf = look.bsdf(&mut nowhere, profiles);
-    (!nowhere.varies()).then_some(bsdf)
+    (!nowhere.varies() && look.rotation().is_none()).then_some(bsdf)
 }
 
 /// A coat, as described.
@@ -175,11 +176,12 @@ impl Compiler<'_, '_> {
                     coat: self.layer(&CoatParts { eta, roughness, thickness, g, albedo, limits }, span),
                 }
             }
-            MaterialKind::Principled(p) => self.stand_in(&p.base_color, span),
-            MaterialKind::MetallicRoughness(p) => self.stand_in(&p.base_color, span),
-            MaterialKind::Hair { .. } | MaterialKind::Measured { .. } => {
-                self.stand_in(&SpectrumDesc::Constant(0.5).into(), span)
+            MaterialKind::Principled(p) => self.principled(p, span),
+            MaterialKind::MetallicRoughness(p) => self.metallic_roughness(p, span),
+            MaterialKind::Hair { color, eta, beta_m, beta_n, alpha } => {
+                self.hair(color, *eta, [beta_m, beta_n, alpha], span)
             }
+            MaterialKind::Measured { .. } => self.stand_in(&SpectrumDesc::Constant(0.5).into(), span),
             MaterialKind::Subsurface { profile, scale: _, g, eta, roughness } => {
                 self.subsurface(profile, *g, (*eta, roughness), span)
             }

@@ -7,6 +7,7 @@ use scatter::{
 };
 use spectrum::Spectrum;
 
+use super::artist::{HairLook, MetallicRoughnessLook, PrincipledLook};
 use super::parameters::{Alpha, Base, Eta, Layer, Lookup, Metal, Tints};
 use crate::textures::{FloatHandle, SpectrumHandle};
 
@@ -22,6 +23,9 @@ pub(super) enum Look {
     CoatedDiffuse { base: Base, coat: Box<Layer> },
     CoatedConductor { metal: Metal, alpha: Alpha, coat: Box<Layer> },
     Plastic(Box<PlasticLook>),
+    Principled(Box<PrincipledLook>),
+    MetallicRoughness(Box<MetallicRoughnessLook>),
+    Hair(Box<HairLook>),
 }
 
 /// A boundary over Lambert's law.
@@ -83,6 +87,30 @@ impl Look {
                 CoatedConductor::new(metal, &coat.at(at)).into()
             }
             Self::Plastic(plastic) => plastic.bsdf(at, profiles).into(),
+            Self::Principled(principled) => principled.bsdf(at),
+            Self::MetallicRoughness(gltf) => gltf.bsdf(at),
+            Self::Hair(hair) => hair.bsdf(at),
+        }
+    }
+
+    /// How far its tangent is turned about the normal, if it has such a number.
+    pub(super) fn rotation(&self) -> Option<&FloatHandle> {
+        match self {
+            Self::MetallicRoughness(gltf) if gltf.rotation != FloatHandle::Constant(0.0) => {
+                Some(&gltf.rotation)
+            }
+            Self::Diffuse { .. }
+            | Self::DiffuseTransmission { .. }
+            | Self::OrenNayar { .. }
+            | Self::Conductor { .. }
+            | Self::Dielectric { .. }
+            | Self::ThinDielectric { .. }
+            | Self::CoatedDiffuse { .. }
+            | Self::CoatedConductor { .. }
+            | Self::Plastic(_)
+            | Self::Principled(_)
+            | Self::MetallicRoughness(_)
+            | Self::Hair(_) => None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Parameters of looks, and what they are at a point.
 
 use math::trig;
-use scatter::microfacet::{Distribution, Facets};
+use scatter::microfacet::{Distribution, Facets, Masking};
 use scatter::{Coat, Conductor};
 use spectrum::{Spectrum, SpectrumValue, Wavelengths};
 
@@ -48,10 +48,29 @@ impl<'a> Lookup<'a> {
         }
     }
 
-    #[allow(dead_code, reason = "principled surfaces come next")]
     /// A number in [0, 1].
     pub(super) fn unit(&mut self, h: &FloatHandle) -> f32 {
         self.float(h).clamp(0.0, 1.0)
+    }
+
+    /// Coordinate across a curve.
+    pub(super) fn across(&mut self) -> f32 {
+        let Some((_, ctx)) = self.place else {
+            self.varies = true;
+            return 0.5;
+        };
+        ctx.uv.y
+    }
+
+    /// A colour over its luminance (in spectral mode its mean); one if it is black.
+    pub(super) fn hue(&self, color: Spectrum) -> Spectrum {
+        let luminance = if self.wl.is_rgb() {
+            let [r, g, b] = color.rgb();
+            0.212_671 * r + 0.715_160 * g + 0.072_169 * b
+        } else {
+            color.average()
+        };
+        if luminance > 0.0 { color / luminance } else { Spectrum::ONE }
     }
 
     pub(super) fn spectrum(&mut self, h: &SpectrumHandle) -> Spectrum {
@@ -100,6 +119,7 @@ pub(super) struct Alpha {
     /// Are they roughnesses, whose roots are the widths?
     pub(super) remap: bool,
     pub(super) distribution: Distribution,
+    pub(super) masking: Masking,
 }
 
 /// Factors on both sides of a boundary.
@@ -176,7 +196,7 @@ impl Alpha {
     /// The facets at a point; those of a mirror if the widths are small.
     pub(super) fn at(&self, at: &mut Lookup<'_>) -> Facets {
         let alpha = self.widths([at.float(&self.u), at.float(&self.v)]);
-        Facets::new(alpha, self.distribution)
+        Facets::new(alpha, self.distribution).masked(self.masking)
     }
 
     /// The widths, if they are the same everywhere.

@@ -103,7 +103,8 @@ impl ClosedForm {
             let (so, si) = (facets.stretch(wo), facets.stretch(wi));
             let half_d = 0.5 * facets.d(m);
             let reflectance = fresnel::dielectric(wo.dot(m), self.top.eta());
-            f += tint * (reflectance * half_d / (so * wi.0.z + si * wo.0.z));
+            let visibility = facets.visibility([wo.0.z, so], [wi.0.z, si]);
+            f += tint * (reflectance * half_d * visibility);
             pdf += p_top * half_d / (wo.0.z + so);
         }
         (f, Pdf::new(pdf))

@@ -1,6 +1,6 @@
 //! From inputs of a description to handles: the parameters that kinds of material share.
 
-use scatter::microfacet::Distribution;
+use scatter::microfacet::{Distribution, Masking};
 use scene_desc::{
     ConductorSpectrum, FloatInput, IndexOfRefraction, Roughness, Span, SpectrumDesc, SpectrumInput, Tint,
 };
@@ -33,7 +33,11 @@ impl Compiler<'_, '_> {
             scene_desc::Distribution::Ggx => Distribution::Ggx,
             scene_desc::Distribution::Beckmann => Distribution::Beckmann,
         };
-        Alpha { u, v, remap: roughness.remap, distribution }
+        let masking = match roughness.masking {
+            scene_desc::Masking::Correlated => Masking::Correlated,
+            scene_desc::Masking::Separable => Masking::Separable,
+        };
+        Alpha { u, v, remap: roughness.remap, distribution, masking }
     }
 
     pub(super) fn eta(&mut self, eta: &IndexOfRefraction, span: Span) -> Eta {
