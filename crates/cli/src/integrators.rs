@@ -69,6 +69,7 @@ fn parameter(info: &ParameterInfo) -> Parameter {
         | ParameterKind::Integer(_)
         | ParameterKind::Limit(_)
         | ParameterKind::Float(_)
+        | ParameterKind::Counts(_)
         | ParameterKind::Text(_) => &[],
     };
     Parameter {

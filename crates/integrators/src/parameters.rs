@@ -29,6 +29,8 @@ pub enum ParameterKind {
     Float(f64),
     /// One of these words; the first is the default.
     Choice(&'static [&'static str]),
+    /// Whole numbers from 1 on, with commas between them.
+    Counts(&'static str),
     /// Free text.
     Text(&'static str),
 }
@@ -192,6 +194,12 @@ impl Parameters {
         }
     }
 
+    /// Numbers from 1 on, at least one.
+    #[must_use]
+    pub fn counts(&self, name: &str) -> Vec<u32> {
+        counts(self.text(name)).unwrap_or_else(|| vec![1])
+    }
+
     /// All as `name=value`, sorted: part of what makes two renders the same.
     #[must_use]
     pub fn canonical(&self) -> String {
@@ -204,6 +212,11 @@ impl Parameters {
         };
         self.values.iter().map(|(k, v)| format!("{k}={}", show(v))).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// Numbers from 1 on with commas between them; `None` if the text is not that.
+fn counts(text: &str) -> Option<Vec<u32>> {
+    text.split(',').map(|s| s.trim().parse().ok().filter(|n| *n > 0)).collect()
 }
 
 fn unreachable_kind(name: &str, value: Option<&Value>) -> u32 {
@@ -228,7 +241,7 @@ impl ParameterKind {
             Self::Limit(i) => Value::Limit(*i),
             Self::Float(x) => Value::Float(*x),
             Self::Choice(words) => Value::Text((*words.first().unwrap_or(&"")).to_owned()),
-            Self::Text(s) => Value::Text((*s).to_owned()),
+            Self::Counts(s) | Self::Text(s) => Value::Text((*s).to_owned()),
         }
     }
 
@@ -247,6 +260,7 @@ impl ParameterKind {
             Self::Limit(_) => text.parse().ok().filter(|i| *i >= 0).map(|i| Value::Limit(Some(i))),
             Self::Float(_) => text.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float),
             Self::Choice(words) => words.contains(&text.as_str()).then_some(Value::Text(text)),
+            Self::Counts(_) => counts(&text).map(|_| Value::Text(text)),
             Self::Text(_) => Some(Value::Text(text)),
         }
     }
@@ -260,6 +274,7 @@ impl ParameterKind {
             Self::Limit(_) => "a whole number, or none".to_owned(),
             Self::Float(_) => "a number".to_owned(),
             Self::Choice(words) => format!("one of {}", words.join(", ")),
+            Self::Counts(_) => "whole numbers from 1 on, such as 4,2,1".to_owned(),
             Self::Text(_) => "text".to_owned(),
         }
     }
@@ -273,7 +288,7 @@ impl ParameterKind {
             Self::Limit(None) => "none".to_owned(),
             Self::Float(x) => x.to_string(),
             Self::Choice(words) => (*words.first().unwrap_or(&"")).to_owned(),
-            Self::Text(s) => (*s).to_owned(),
+            Self::Counts(s) | Self::Text(s) => (*s).to_owned(),
         }
     }
 }
@@ -289,6 +304,15 @@ mod tests {
 
     fn text(s: &str) -> ParameterValue {
         ParameterValue::Text(s.to_owned())
+    }
+
+    #[test]
+    fn counts_are_whole_numbers_from_one() {
+        assert_eq!(counts("4, 2,1"), Some(vec![4, 2, 1]));
+        assert_eq!(counts("7"), Some(vec![7]));
+        for bad in ["", "4,,1", "0", "2,0", "-1", "a", "4 2", "99999999999"] {
+            assert_eq!(counts(bad), None, "{bad}");
+        }
     }
 
     #[test]

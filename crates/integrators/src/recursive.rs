@@ -36,7 +36,7 @@ fn parameters() -> Vec<ParameterInfo> {
     vec![
         ParameterInfo {
             name: "branching",
-            kind: ParameterKind::Text("4,2,1"),
+            kind: ParameterKind::Counts("4,2,1"),
             doc: "rays per hit: one number, or one per depth (the last goes on)",
         },
         ParameterInfo {
@@ -59,10 +59,8 @@ fn parameters() -> Vec<ParameterInfo> {
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let numbers = p.text("branching").split([',', ' ']).filter_map(|s| s.trim().parse().ok());
-    let branching: Vec<u32> = numbers.map(|n: u32| n.max(1)).collect();
     let estimator = Recursive {
-        branching: if branching.is_empty() { vec![1] } else { branching },
+        branching: p.counts("branching"),
         directions: DirectionSampling::from_name(p.text("sampling")),
         max_depth: p.limit("max_depth"),
         roulette: Roulette { rr_depth: p.integer("rr_depth") },

@@ -9,8 +9,8 @@ mod common;
 use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 12 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 14 * 10 * 9 * 3;
+/// Tests in the family: 13 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
+const FAMILY: usize = 15 * 10 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -83,6 +83,11 @@ fn on_a_small_lamp_and_a_translucent_ball() {
 #[test]
 fn on_a_sky_and_a_sun() {
     all_agree("sky", false, &methods());
+}
+
+#[test]
+fn on_an_image_of_a_sky() {
+    all_agree("sky-image", false, &methods());
 }
 
 #[test]

@@ -45,6 +45,7 @@ const fn of(
 
 const DIRECT: &str = "crates/integrators/src/common/direct.rs";
 const ENDS: &str = "crates/integrators/src/common/ends.rs";
+const WALK: &str = "crates/integrators/src/common/walk.rs";
 const SUBPATH: &str = "crates/integrators/src/common/subpath.rs";
 const PATH: &str = "crates/integrators/src/path.rs";
 const BDPT: &str = "crates/integrators/src/bdpt/mod.rs";
@@ -63,7 +64,7 @@ pub(crate) const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "no-eta-squared",
         mistake: "no η² for importance: light walks scatter as camera walks do",
-        file: SUBPATH,
+        file: WALK,
         from: "DirectionSampling::Bsdf.sample(bsdf, wo, sampler, self.mode)",
         to: "DirectionSampling::Bsdf.sample(bsdf, wo, sampler, TransportMode::Radiance)",
         tests: &[agreement(&["on_rough_glass"])],
@@ -71,7 +72,7 @@ pub(crate) const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "no-shading-normal-walk",
         mistake: "no shading-normal factor in light walks",
-        file: SUBPATH,
+        file: WALK,
         from: "let correction = wo.abs_cos_theta() * ng.abs_dot(dir) / (ng.abs_dot(back) * s.wi.abs_cos_theta());",
         to: "let correction = 1.0_f32;",
         tests: &[agreement(&["shading_normals"])],
@@ -79,7 +80,7 @@ pub(crate) const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "no-shading-normal-connection",
         mistake: "no shading-normal factor at connections",
-        file: SUBPATH,
+        file: "crates/integrators/src/common/site.rs",
         from: "if cos_g > 0.0 { f * factor } else",
         to: "if cos_g + factor > 0.0 { f * wi.abs_cos_theta() } else",
         tests: &[agreement(&["shading_normals"])],
@@ -96,8 +97,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "bounce-path",
         mistake: "one bounce too few in `path`",
         file: PATH,
-        from: "if depth == self.max_depth {",
-        to: "if depth + 1 >= self.max_depth {",
+        from: "if walk.depth >= self.max_depth || ",
+        to: "if walk.depth + 1 >= self.max_depth || ",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {
@@ -145,8 +146,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "light-pick-direct",
         mistake: "next-event estimation picks by importance, weighted as if uniformly",
         file: DIRECT,
-        from: "self.contribution(&ctx, &sample, chosen, strategy, counters)",
-        to: "{ let _ = chosen; self.contribution(&ctx, &sample, 1.0 / self.scene.lights.ids().count() as f32, strategy, counters) }",
+        from: "scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, chosen))",
+        to: "scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, 0.0 * chosen + 1.0 / scene.lights.ids().count() as f32))",
         tests: &[agreement(&["many_lamps", "points_and_spots"])],
     },
     Mutant {
@@ -241,8 +242,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "no-weight",
         mistake: "light samples counted in full beside rays that find the lamp",
         file: DIRECT,
-        from: "h.weight(pdf, rival * n_direction) / pdf.value()",
-        to: "{ let _ = (h, rival, n_direction); 1.0 / pdf.value() }",
+        from: "h.weight(pdf, rival) / pdf.value()",
+        to: "{ let _ = (h, rival); 1.0 / pdf.value() }",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {
@@ -257,8 +258,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "two-heuristics",
         mistake: "balance heuristic on one side, power heuristic on the other",
         file: DIRECT,
-        from: "h.weight(pdf, rival * n_direction) / pdf.value()",
-        to: "{ let _ = h; Heuristic::Balance.weight(pdf, rival * n_direction) / pdf.value() }",
+        from: "h.weight(pdf, rival) / pdf.value()",
+        to: "{ let _ = h; Heuristic::Balance.weight(pdf, rival) / pdf.value() }",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {

@@ -4,14 +4,15 @@
 //! A vertex is a surface or a point of a medium ([`Site`]); who uses it need not care which.
 //!
 //! Every vertex has two densities: `forward`, with which its own walk finds it, and `reverse`, with which a walk from
-//! the other end would. Both are per area of its surface, per volume in a medium; for a light at infinity per solid angle. Where a walk
-//! leaves a vertex by a delta lobe, the density is one per *projected* solid angle, in either sense: a reflection and
-//! its reverse are equally likely, and the cosines are those that a smooth lobe would have.
+//! the other end would. Both are per area of its surface, per volume in a medium; for a light at infinity per solid angle.
+//! Where a walk leaves a vertex by a delta lobe, the density is one per *projected* solid angle of the side that it comes
+//! from, in either sense: an event and its reverse are equally likely, and the cosines are those that a smooth lobe would
+//! have. A refraction's beam is narrower by η² on the denser side, so much denser is the density there.
 //!
 //! Borders of media are passed and are no vertices; if they emit, the walk keeps them in `passed`. What media emit towards
 //! the eye is in `glows`.
 //!
-//! Left out of densities: the η² of refracted walks, and the transmittances and extinctions of free flights. A density is a
+//! Left out of densities: the transmittances and extinctions of free flights. A density is a
 //! function of the path alone, the same for every way of making it, so weights still add up to one and means are right, for
 //! media that vary too; they are a little less than best. The extinction at a vertex would cancel in any case.
 

@@ -241,7 +241,7 @@ impl Walk<'_> {
         // Densities in both senses; see the head for deltas.
         let (forward, reverse) = match s.pdf {
             Some(pdf) => (pdf.value(), bsdf.pdf(s.wi, wo, !self.mode).value()),
-            None => (ng.abs_dot(dir), ng.abs_dot(back)),
+            None => (s.eta * s.eta * ng.abs_dot(dir), ng.abs_dot(back)),
         };
         let (mut factor, mut eta_scale) = (s.weight, 1.0);
         if self.mode == TransportMode::Importance {
