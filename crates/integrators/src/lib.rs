@@ -11,6 +11,7 @@ mod bdpt;
 mod cell;
 mod common;
 mod direct;
+mod irradiance_cache;
 mod light;
 mod mlt;
 mod path;

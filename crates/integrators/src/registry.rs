@@ -4,7 +4,9 @@ use scene::Scene;
 use scene_desc::{ParameterValue, SamplerDesc};
 
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
-use crate::{Integrator, ao, bdpt, direct, light, mlt, path, photon, recursive, sppm};
+use crate::{
+    Integrator, ao, bdpt, direct, irradiance_cache, light, mlt, path, photon, recursive, sppm,
+};
 
 /// What a person and the command line need to know of an integrator.
 pub struct IntegratorInfo {
@@ -57,6 +59,7 @@ pub fn list() -> &'static [IntegratorInfo] {
         bdpt::INFO,
         photon::INFO,
         sppm::INFO,
+        irradiance_cache::INFO,
         mlt::INFO,
     ]
 }

@@ -135,6 +135,24 @@ impl Materials {
         m.constant.is_some() && m.relief == Relief::None
     }
 
+    /// Does every one of them reflect and transmit by Lambert's law alone?
+    #[must_use]
+    pub fn are_all_lambertian(&self) -> bool {
+        self.list.iter().all(|m| match &m.surface {
+            // What is mixed is in the list too.
+            Surface::Diffuse { .. }
+            | Surface::DiffuseTransmission { .. }
+            | Surface::Mix { .. }
+            | Surface::TwoSided { .. }
+            | Surface::Interface => true,
+            Surface::Conductor { .. }
+            | Surface::Dielectric { .. }
+            | Surface::ThinDielectric { .. }
+            | Surface::CoatedDiffuse { .. }
+            | Surface::CoatedConductor { .. } => false,
+        })
+    }
+
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -130,6 +130,12 @@ impl Scene {
         &self.shapes[id.index()]
     }
 
+    /// Does any shape move (the camera does not count)?
+    #[must_use]
+    pub fn has_moving_shapes(&self) -> bool {
+        self.instances.iter().any(|i| i.world_from_object.is_animated())
+    }
+
     /// The nearest surface along a ray.
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {

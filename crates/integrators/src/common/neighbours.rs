@@ -25,6 +25,8 @@ pub(crate) struct Neighbours {
     /// In the order of the leaves, with their index.
     points: Vec<(Point, u32)>,
     inner: Vec<Inner>,
+    /// The farthest reach in each inner node, and in each leaf; see [`Neighbours::with_reach`].
+    reach: [Vec<f32>; 2],
 }
 
 /// A plane between two halves: `coordinate ≤ at` on the left, `≥ at` on the right.
@@ -82,7 +84,7 @@ impl Neighbours {
         let mut points: Vec<(Point, u32)> = points.filter(|(p, _)| p.0.is_finite()).collect();
         let mut inner = vec![Inner::default(); points.len().div_ceil(LEAF).saturating_sub(1)];
         split(&mut points, &mut inner);
-        Self { points, inner }
+        Self { points, inner, reach: Default::default() }
     }
 
     #[cfg(test)]
@@ -114,6 +116,53 @@ impl Neighbours {
             }
             if beyond <= radius {
                 stack[n] = left;
+                n += 1;
+            }
+        }
+    }
+
+    /// Gives every point, by its index, a reach of its own, for [`Neighbours::reaching`].
+    pub(crate) fn with_reach(mut self, reach_of: impl Fn(u32) -> f32) -> Self {
+        let farthest = |points: &[(Point, u32)]| points.iter().map(|p| reach_of(p.1)).fold(0.0, f32::max);
+        let leaves: Vec<f32> = self.points.chunks(LEAF).map(farthest).collect();
+        let mut inner = vec![0.0; self.inner.len()];
+        let mut roots = [Node::default(); STACK];
+        if self.push_root(&mut roots) > 0 {
+            reach_below(roots[0], &mut inner, &leaves);
+        }
+        self.reach = [inner, leaves];
+        self
+    }
+
+    /// Calls `visit` for every point that reaches `place`, and for some others near it, always in the same order.
+    pub(crate) fn reaching(&self, place: Point, mut visit: impl FnMut(Near)) {
+        let [inner_reach, leaf_reach] = &self.reach;
+        let mut stack = [(Node::default(), 0.0); STACK];
+        let mut roots = [Node::default(); STACK];
+        let mut n = self.push_root(&mut roots);
+        stack[0].0 = roots[0];
+        while n > 0 {
+            n -= 1;
+            let (node, at_least) = stack[n];
+            if node.n_leaves == 1 {
+                if at_least <= leaf_reach[node.leaf] {
+                    self.leaf(node.leaf, place).for_each(&mut visit);
+                }
+                continue;
+            }
+            let reach = inner_reach[node.number];
+            if at_least > reach {
+                continue;
+            }
+            let plane = self.inner[node.number];
+            let beyond = place.0[plane.axis as usize] - plane.at;
+            let [left, right] = node.children();
+            if beyond >= -reach {
+                stack[n] = (right, (-beyond).max(at_least));
+                n += 1;
+            }
+            if beyond <= reach {
+                stack[n] = (left, beyond.max(at_least));
                 n += 1;
             }
         }
@@ -172,6 +221,16 @@ impl Neighbours {
         let points = &self.points[leaf * LEAF..((leaf + 1) * LEAF).min(self.points.len())];
         points.iter().map(move |&(p, index)| Near { distance_squared: (p - center).length_squared(), index })
     }
+}
+
+/// Sets the reach of a node and of all below it.
+fn reach_below(node: Node, inner: &mut [f32], leaves: &[f32]) -> f32 {
+    if node.n_leaves == 1 {
+        return leaves[node.leaf];
+    }
+    let reach = node.children().map(|child| reach_below(child, inner, leaves));
+    inner[node.number] = reach[0].max(reach[1]);
+    inner[node.number]
 }
 
 /// Orders the points of a subtree and sets its inner nodes.
@@ -258,6 +317,30 @@ mod tests {
                     let found = heap.clone().into_sorted_vec();
                     assert_eq!(found, truth[..k.min(truth.len())], "{n} points, {k} within {radius}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn every_point_that_reaches_a_place_is_visited() {
+        for n in [0, 1, 8, 9, 300, 3000] {
+            let points = points(n, 7 + n as u64);
+            let reach_of = |i: u32| [0.0, 0.01, 0.05, 0.4][i as usize % 4] * (1.0 + (i % 7) as f32);
+            let tree = Neighbours::build(points.iter().copied().zip(0..)).with_reach(reach_of);
+            let mut rng = Rng::new(4);
+            for _ in 0..200 {
+                let place = Point::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
+                let mut found = Vec::new();
+                tree.reaching(place, |near| {
+                    if near.distance_squared <= reach_of(near.index).powi(2) {
+                        found.push(near);
+                    }
+                });
+                found.sort_unstable();
+                let all = brute(&points, place, 9.0);
+                let truth: Vec<Near> =
+                    all.into_iter().filter(|a| a.distance_squared <= reach_of(a.index).powi(2)).collect();
+                assert_eq!(found, truth, "{n} points");
             }
         }
     }
