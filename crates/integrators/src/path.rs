@@ -197,6 +197,12 @@ impl<'a> Walker<'a> {
 }
 
 impl<S: Shortcut> Path<S> {
+    /// The same with another shortcut.
+    pub(crate) fn with<T>(&self, shortcut: T) -> Path<T> {
+        let Self { max_depth, roulette, lights, directions, .. } = *self;
+        Path { max_depth, roulette, lights, directions, shortcut }
+    }
+
     /// Walks from where the walk is, to its end.
     pub(crate) fn walk(&self, walk: &mut Walker<'_>) {
         loop {

@@ -14,10 +14,10 @@ use scene::{Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 use std::sync::{Mutex, PoisonError};
 
-use super::Settings;
 use super::cache::Cache;
 use super::hemisphere::{Found, Irradiance, Strata, mean_inverse_distance};
 use super::record::Record;
+use super::{Interpolation, Settings};
 use super::{is_matt, sides};
 use crate::Counters;
 use crate::path::{Path, Shortcut, Walker};
@@ -37,7 +37,7 @@ pub(super) struct Build<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a Settings,
     pub(super) sampler: &'a Sampler,
-    /// Traces what arrives at a record.
+    /// How walks are traced.
     pub(super) path: &'a Path,
 }
 
@@ -100,8 +100,11 @@ impl Build<'_> {
         let room = self.settings.most_records().saturating_sub(first as u64);
         built.is_full = wanted.len() as u64 > room;
         wanted.truncate(usize::try_from(room).unwrap_or(usize::MAX));
-        let records: Vec<(Record, Vec<Irradiance>, Counters)> =
-            (0..wanted.len()).into_par_iter().map(|i| self.record(&wanted[i], (first + i) as u64)).collect();
+        let known: &[Cache] = caches;
+        let records: Vec<(Record, Vec<Irradiance>, Counters)> = (0..wanted.len())
+            .into_par_iter()
+            .map(|i| self.record(&wanted[i], (first + i) as u64, known))
+            .collect();
         for (wanted, (record, groups, counters)) in wanted.iter().zip(records) {
             built.counters.add(&counters);
             if let Some(cache) = self.settings.cache_of(wanted.depth).and_then(|i| caches.get_mut(i)) {
@@ -123,22 +126,17 @@ impl Build<'_> {
         let Some(start) = camera.generate_ray(raster, u_lens, u_time) else { return (Vec::new(), counters) };
         let mut wl = self.settings.basis.wavelengths(0, 0, 0.5);
         let surveyor = Surveyor { settings: self.settings, caches, wanted: Mutex::default() };
-        let walk = Path {
-            max_depth: self.path.max_depth,
-            roulette: self.path.roulette,
-            lights: None,
-            directions: self.path.directions,
-            shortcut: surveyor,
-        };
+        let walk = Path { lights: None, ..self.path.with(surveyor) };
         walk.walk(&mut Walker::new(self.scene, (start.ray, &mut wl), &mut sampler, &mut counters));
         (walk.shortcut.wanted.into_inner().unwrap_or_else(PoisonError::into_inner), counters)
     }
 
     /// Computes a record: its number decides about all random numbers.
-    fn record(&self, wanted: &Wanted, number: u64) -> (Record, Vec<Irradiance>, Counters) {
+    fn record(&self, wanted: &Wanted, number: u64, caches: &[Cache]) -> (Record, Vec<Irradiance>, Counters) {
         let mut counters = Counters::default();
         let frame = Frame::from_normal(wanted.n);
         let basis = self.settings.basis;
+        let path = self.path.with(Interpolation { settings: *self.settings, caches });
         let strata = Strata::new(self.settings.rays / basis.n_groups() as u32);
         let mut sampler = self.sampler.clone();
         let mut found = Vec::with_capacity(strata.len());
@@ -151,7 +149,7 @@ impl Build<'_> {
                 let mut wl = basis.wavelengths(group, i, sampler.next_1d());
                 let w = frame.to_world(strata.direction(i, sampler.next_2d()));
                 let ray = (wanted, w);
-                let mut ray_found = self.trace(ray, &mut wl, &mut sampler, &mut counters);
+                let mut ray_found = self.trace(&path, ray, &mut wl, &mut sampler, &mut counters);
                 ray_found.radiance = basis.store(ray_found.radiance, i, &wl);
                 found.push(ray_found);
             }
@@ -168,6 +166,7 @@ impl Build<'_> {
     /// What a matt surface sends along `-w` to the place, without its emission.
     fn trace(
         &self,
+        path: &Path<impl Shortcut>,
         (wanted, w): (&Wanted, Dir),
         wl: &mut Wavelengths,
         sampler: &mut Sampler,
@@ -187,8 +186,8 @@ impl Build<'_> {
             if is_matt(&shading.bsdf) {
                 let mut walk = Walker::new(self.scene, (ray, wl), sampler, counters);
                 walk.depth = wanted.depth + 1;
-                if self.path.scatter(&mut walk, &si, &shading) {
-                    self.path.walk(&mut walk);
+                if path.scatter(&mut walk, &si, &shading) {
+                    path.walk(&mut walk);
                 }
                 found.radiance = walk.radiance;
             }

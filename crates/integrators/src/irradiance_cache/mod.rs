@@ -12,7 +12,7 @@
 //! Only what one Lambertian surface sends to another is cached, its emission left out. Direct light is sampled at every
 //! hit; mirrors, glass, metal and coats are walked through, and what they send to a matt surface is found by walks
 //! too (so a caustic is as noisy as in `path`, but never smeared). Where no record reaches, the walk goes on as in
-//! `path`. What arrives at a record is traced by `path`, to its full depth.
+//! `path`. What arrives at a record is traced like a walk from the eye, which uses the records that are there already.
 //!
 //! With a limit of depth there is a cache for every number of scattering events before it; without one, one for all.
 //!
@@ -60,11 +60,11 @@ fn parameters() -> Vec<ParameterInfo> {
         shared::HEURISTIC,
         parameter(
             "error",
-            ParameterKind::Float(0.25),
+            ParameterKind::Float(0.3),
             "allowed error of a record where it is used: distance over mean distance of what it sees, and turn",
         ),
-        parameter("rays", ParameterKind::Integer(1024), "rays over the hemisphere of a record"),
-        parameter("min_spacing", ParameterKind::Float(1.5), "a record reaches at least so many pixels"),
+        parameter("rays", ParameterKind::Integer(768), "rays over the hemisphere of a record"),
+        parameter("min_spacing", ParameterKind::Float(4.0), "a record reaches at least so many pixels"),
         parameter("max_spacing", ParameterKind::Float(32.0), "a record reaches at most so many pixels"),
         parameter("gradients", ParameterKind::Bool(true), "extrapolate with gradients"),
         parameter("clamping", ParameterKind::Bool(true), "records limit the reach of their neighbours"),
@@ -143,7 +143,7 @@ impl Settings {
 const MOST_CACHES: u32 = 16;
 
 struct IrradianceCache {
-    pixels: PixelLoop<Path<Interpolation>>,
+    pixels: PixelLoop<Path<Interpolation<Vec<Cache>>>>,
     sampler: Sampler,
     /// Traces what arrives at records.
     arriving: Path,
@@ -185,20 +185,19 @@ impl Integrator for IrradianceCache {
     }
 }
 
-/// Looks irradiance up.
-struct Interpolation {
+/// Looks irradiance up, in caches by scattering events before.
+struct Interpolation<C> {
     settings: Settings,
-    /// By scattering events before.
-    caches: Vec<Cache>,
+    caches: C,
 }
 
-impl Shortcut for Interpolation {
+impl<C: AsRef<[Cache]> + Send + Sync> Shortcut for Interpolation<C> {
     fn takes(&self, bsdf: &Bsdf) -> bool {
         is_matt(bsdf)
     }
 
     fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Spectrum> {
-        let cache = self.caches.get(self.settings.cache_of(walk.depth)?)?;
+        let cache = self.caches.as_ref().get(self.settings.cache_of(walk.depth)?)?;
         let mut light = Spectrum::ZERO;
         for (n, f) in sides(si, shading).into_iter().flatten() {
             light += f * cache.interpolate(si.p, n, walk.wl)?;

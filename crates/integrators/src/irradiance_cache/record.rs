@@ -33,13 +33,17 @@ impl Record {
     /// Weight of the record at `p` under the normal `n`, with the allowed error `a`; zero if it does not count.
     pub(super) fn weight(&self, p: Point, n: Dir, a: f32) -> f32 {
         let d = p - self.p;
-        let radius = self.used_radius();
-        // From record to point goes down: the record may see what the point, in a fold, does not.
-        let mean_normal = (n.0 + self.n.0) * 0.5;
-        if d.dot(mean_normal) < -BELOW * a * radius {
+        let (radius, cos) = (self.used_radius(), n.dot(self.n));
+        let (reach, distance_squared) = (a * radius, d.length_squared());
+        if distance_squared >= reach * reach || 1.0 - cos >= a * a {
             return 0.0;
         }
-        let error = d.length() / radius + (1.0 - n.dot(self.n)).max(0.0).sqrt();
+        // From record to point goes down: the record may see what the point, in a fold, does not.
+        let mean_normal = (n.0 + self.n.0) * 0.5;
+        if d.dot(mean_normal) < -BELOW * reach {
+            return 0.0;
+        }
+        let error = distance_squared.sqrt() / radius + (1.0 - cos).max(0.0).sqrt();
         (1.0 - error / a).max(0.0)
     }
 
