@@ -13,6 +13,7 @@ mod common;
 mod direct;
 mod irradiance_cache;
 mod light;
+mod many_light;
 mod mlt;
 mod path;
 mod photon;

@@ -16,8 +16,8 @@ use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, LightStrategy, MediumPoint, PathOutput,
-    PixelLoop, Roulette, Tools, direct_in_medium, infinite_light_pdf, light_pdf, sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, Gathered, LightStrategy, MediumPoint, PathOutput,
+    PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
@@ -98,7 +98,7 @@ pub(crate) struct Walker<'a> {
     pub(crate) depth: u32,
     pub(crate) throughput: Spectrum,
     /// What it has found.
-    pub(crate) radiance: Spectrum,
+    pub(crate) radiance: Gathered,
     eta_scale: f32,
     previous: Previous,
     /// The last surface, if light that it gets from others of its class was had by the shortcut.
@@ -124,12 +124,17 @@ struct Previous {
 /// Another way to have the light that surfaces of a class get from surfaces of the same class, emission left out. The
 /// walk goes on for the rest: through other surfaces, and for the share that the shortcut leaves.
 pub(crate) trait Shortcut: Send + Sync {
+    /// Wavelengths and moment that all paths of a pass have; `None`: each its own.
+    fn shared(&self) -> Option<Shared> {
+        None
+    }
+
     /// Is a surface of the class?
     fn takes(&self, bsdf: &Bsdf) -> bool;
 
     /// What a surface of the class, met by the walk, sends back of the light from others of the class, by its smooth
     /// lobes; `None` to let the walk find it.
-    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Spectrum>;
+    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered>;
 
     /// The share of the light from `to`, of the class, to `from` that [`Shortcut::light`] left out.
     fn remainder(&self, from: (&SurfaceInteraction, &Shading), to: &SurfaceInteraction) -> f32;
@@ -144,7 +149,7 @@ impl Shortcut for () {
         false
     }
 
-    fn light(&self, _: &mut Walker<'_>, _: &SurfaceInteraction, _: &Shading) -> Option<Spectrum> {
+    fn light(&self, _: &mut Walker<'_>, _: &SurfaceInteraction, _: &Shading) -> Option<Gathered> {
         None
     }
 
@@ -158,6 +163,10 @@ impl Shortcut for () {
 }
 
 impl<S: Shortcut> CameraEstimator for Path<S> {
+    fn shared(&self) -> Option<Shared> {
+        self.shortcut.shared()
+    }
+
     fn radiance(
         &self,
         scene: &Scene,
@@ -167,7 +176,7 @@ impl<S: Shortcut> CameraEstimator for Path<S> {
     ) -> Spectrum {
         let mut walk = Walker::new(scene, (path.ray, &mut path.wl), sampler, out.counters);
         self.walk(&mut walk);
-        walk.radiance
+        walk.radiance()
     }
 }
 
@@ -188,11 +197,20 @@ impl<'a> Walker<'a> {
             medium: scene.camera_medium(),
             depth: 0,
             throughput: Spectrum::ONE,
-            radiance: Spectrum::ZERO,
+            radiance: Gathered::default(),
             eta_scale: 1.0,
             previous: Previous { rival: None },
             shortcut_from: None,
         }
+    }
+
+    /// What it has found, when it is done.
+    pub(crate) fn radiance(&self) -> Spectrum {
+        self.radiance.radiance(self.wl)
+    }
+
+    fn add(&mut self, light: Spectrum) {
+        self.radiance.add(self.throughput * light, false);
     }
 }
 
@@ -217,13 +235,13 @@ impl<S: Shortcut> Path<S> {
                 }
             }
             let Some(hit) = hit else {
-                walk.radiance += walk.throughput * self.sky(walk);
+                walk.add(self.sky(walk));
                 return;
             };
             let si = walk.scene.interaction(&walk.ray, &hit);
 
             // The walk itself found an emitter.
-            walk.radiance += walk.throughput * self.emission(walk, &si);
+            walk.add(self.emission(walk, &si));
             let Some(shading) = walk.scene.shade(&si, walk.wl) else {
                 // A border of media is no scattering event.
                 walk.medium = walk.scene.medium_after(&si, walk.ray.dir, walk.medium);
@@ -244,7 +262,7 @@ impl<S: Shortcut> Path<S> {
             true => media.pass(medium, &ray, walk.wl, &mut || sampler.next_1d()),
             false => media.fly(medium, &ray, walk.throughput, walk.wl, &mut || sampler.next_1d()),
         };
-        walk.radiance += walk.throughput * flight.emitted;
+        walk.add(flight.emitted);
         walk.throughput *= flight.factor;
         if walk.throughput.is_black() {
             return Event::End;
@@ -255,7 +273,8 @@ impl<S: Shortcut> Path<S> {
         // Next-event estimation.
         if let Some(strategy) = self.lights {
             let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
-            walk.radiance += walk.throughput * direct_in_medium(walk.scene, &point, strategy, &mut tools);
+            let direct = direct_in_medium(walk.scene, &point, strategy, &mut tools);
+            walk.add(direct);
         }
 
         // Continue the walk.
@@ -277,15 +296,21 @@ impl<S: Shortcut> Path<S> {
 
     /// Light that the surface scatters towards where the walk came from, and the way on; false if there is none.
     pub(crate) fn scatter(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
-        if walk.depth >= self.max_depth || !self.leave_shortcut(walk, si, shading) {
+        if walk.depth >= self.max_depth {
             return false;
         }
-        let shortcut = self.take_shortcut(walk, si, shading);
+        // Of what the surface scatters by its smooth lobes, the shortcut at the last one may have left only a share.
+        let share = self.share_left(walk, si, shading);
+        if share == 0.0 && !shading.bsdf.has_delta() {
+            return false;
+        }
+        let shortcut = self.take_shortcut(walk, (si, shading), share);
         let goes_on = !shortcut || shading.bsdf.has_delta() || self.shortcut.leaves_something();
 
         // Next-event estimation.
         if let Some(strategy) = self.lights
             && !shading.bsdf.is_delta_only()
+            && share > 0.0
         {
             let here = DirectLight {
                 scene: walk.scene,
@@ -296,7 +321,8 @@ impl<S: Shortcut> Path<S> {
                 counts: [1, 1],
             };
             let strategy = if goes_on { strategy } else { LightStrategy::Alone };
-            walk.radiance += walk.throughput * here.sample(strategy, walk.sampler, walk.wl, walk.counters);
+            let direct = here.sample(strategy, walk.sampler, walk.wl, walk.counters);
+            walk.add(direct * share);
         }
         if !goes_on {
             return false;
@@ -306,7 +332,10 @@ impl<S: Shortcut> Path<S> {
         let wo = shading.frame.to_local(si.wo);
         let mode = TransportMode::Radiance;
         let Some(s) = self.directions.sample(&shading.bsdf, wo, walk.sampler, mode) else { return false };
-        walk.throughput *= s.weight;
+        walk.throughput *= if s.pdf.is_some() { s.weight * share } else { s.weight };
+        if walk.throughput.is_black() {
+            return false;
+        }
         walk.eta_scale *= s.eta * s.eta;
         walk.depth += 1;
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
@@ -317,29 +346,32 @@ impl<S: Shortcut> Path<S> {
         self.survives(walk)
     }
 
-    /// What the shortcut at the last surface left of the light from this one; false if nothing.
-    fn leave_shortcut(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
-        if let Some((from, at)) = walk.shortcut_from.take()
-            && self.shortcut.takes(&shading.bsdf)
-        {
-            let share = self.shortcut.remainder((&from, &at), si);
-            walk.throughput *= share;
-            return share > 0.0;
+    /// What the shortcut at the last surface left of the light that smooth lobes send there from this one.
+    fn share_left(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> f32 {
+        match walk.shortcut_from.take() {
+            Some((from, at)) if self.shortcut.takes(&shading.bsdf) => {
+                self.shortcut.remainder((&from, &at), si)
+            }
+            Some(_) | None => 1.0,
         }
-        true
     }
 
     /// Light from surfaces of the shortcut's class, if this is one of them; true if it is in.
-    fn take_shortcut(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
+    fn take_shortcut(
+        &self,
+        walk: &mut Walker<'_>,
+        (si, shading): (&SurfaceInteraction, &Shading),
+        share: f32,
+    ) -> bool {
         if !self.shortcut.takes(&shading.bsdf) {
             return false;
         }
-        // The last event: what is left is direct light.
-        if walk.depth + 1 == self.max_depth {
+        // In the last event, or if nothing is asked for, nothing is left out.
+        if walk.depth + 1 == self.max_depth || share == 0.0 {
             return true;
         }
         let Some(light) = self.shortcut.light(walk, si, shading) else { return false };
-        walk.radiance += walk.throughput * light;
+        walk.radiance.add_scaled(&light, walk.throughput * share);
         true
     }
 

@@ -5,7 +5,7 @@ use scene_desc::{ParameterValue, SamplerDesc};
 
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
 use crate::{
-    Integrator, ao, bdpt, direct, irradiance_cache, light, mlt, path, photon, recursive, sppm,
+    Integrator, ao, bdpt, direct, irradiance_cache, light, many_light, mlt, path, photon, recursive, sppm,
 };
 
 /// What a person and the command line need to know of an integrator.

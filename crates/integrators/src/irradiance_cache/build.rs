@@ -20,6 +20,7 @@ use super::record::Record;
 use super::{Interpolation, Settings};
 use super::{is_matt, sides};
 use crate::Counters;
+use crate::common::Gathered;
 use crate::path::{Path, Shortcut, Walker};
 
 /// Every so many pixels are looked at in the first round.
@@ -189,7 +190,7 @@ impl Build<'_> {
                 if path.scatter(&mut walk, &si, &shading) {
                     path.walk(&mut walk);
                 }
-                found.radiance = walk.radiance;
+                found.radiance = walk.radiance();
             }
             return found;
         }
@@ -217,12 +218,12 @@ impl Shortcut for Surveyor<'_> {
         is_matt(bsdf)
     }
 
-    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Spectrum> {
+    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered> {
         let cache = &self.caches[self.settings.cache_of(walk.depth)?];
         let new = sides(si, shading).into_iter().flatten().filter(|(n, _)| !cache.covers(si.p, *n));
         let new = new.map(|(n, _)| Wanted { si: *si, n, depth: walk.depth });
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).extend(new);
-        Some(Spectrum::ZERO)
+        Some(Gathered::default())
     }
 
     fn remainder(&self, _: (&SurfaceInteraction, &Shading), _: &SurfaceInteraction) -> f32 {

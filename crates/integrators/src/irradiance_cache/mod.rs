@@ -36,10 +36,10 @@ use spectrum::Spectrum;
 use self::basis::Basis;
 use self::build::Build;
 use self::cache::{Cache, Rules};
-use crate::common::{DirectionSampling, LightStrategy, PixelLoop, Roulette, sampler_of};
+use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::{Path, Shortcut, Walker};
-use crate::registry::{IntegratorInfo, Making};
+use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -48,6 +48,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "light between matt surfaces interpolated from few places: smooth interiors, soon and without noise",
     misses: "what path misses; detail of indirect light below its spacing, and its interpolation error is not in the variance",
     unbiased: false,
+    refuses: refuses_media,
     parameters,
     make,
 };
@@ -196,11 +197,11 @@ impl<C: AsRef<[Cache]> + Send + Sync> Shortcut for Interpolation<C> {
         is_matt(bsdf)
     }
 
-    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Spectrum> {
+    fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered> {
         let cache = self.caches.as_ref().get(self.settings.cache_of(walk.depth)?)?;
-        let mut light = Spectrum::ZERO;
+        let mut light = Gathered::default();
         for (n, f) in sides(si, shading).into_iter().flatten() {
-            light += f * cache.interpolate(si.p, n, walk.wl)?;
+            light.add(f * cache.interpolate(si.p, n, walk.wl)?, false);
         }
         Some(light)
     }
