@@ -57,6 +57,7 @@ pub fn list() -> &'static [IntegratorInfo] {
         path::INFO,
         light::INFO,
         bdpt::INFO,
+        many_light::INFO,
         photon::INFO,
         sppm::INFO,
         irradiance_cache::INFO,
