@@ -16,8 +16,9 @@ use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, Gathered, LightStrategy, MediumPoint, PathOutput,
-    PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf, sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSampling, Gathered, LightStrategy, MediumPoint,
+    PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf,
+    sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};

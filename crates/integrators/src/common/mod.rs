@@ -25,6 +25,6 @@ pub(crate) use photons::{Emission, Emitted, Keeper, LightPath, MEMORY, Photon, P
 pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
 pub(crate) use roulette::Roulette;
 pub(crate) use shared::Shared;
-pub(crate) use site::{MediumPoint, Site};
+pub(crate) use site::{MediumPoint, Site, scatter_at};
 pub(crate) use subpath::{Leaving, Place, Subpath, Vertex};
 pub(crate) use walk::{Start, Walk};

@@ -114,19 +114,9 @@ impl Site {
     /// `f |cos θ|` (the phase function in a medium) from `wo` towards `w` for what the path carries. Importance gets the
     /// correction for shading normals.
     pub(crate) fn scatter(&self, w: Dir, mode: TransportMode) -> Spectrum {
-        let (si, shading) = match self {
-            Self::Surface { si, shading } => (si, shading),
-            Self::Medium(m) => return Spectrum::splat(m.phase.eval(m.wo, w)),
-        };
-        let (wo, wi) = (shading.frame.to_local(si.wo), shading.frame.to_local(w));
-        let f = shading.bsdf.eval(wo, wi, mode);
-        match mode {
-            TransportMode::Radiance => f * wi.abs_cos_theta(),
-            TransportMode::Importance => {
-                let cos_g = si.ng.abs_dot(si.wo);
-                let factor = wo.abs_cos_theta() * si.ng.abs_dot(w) / cos_g;
-                if cos_g > 0.0 { f * factor } else { Spectrum::ZERO }
-            }
+        match self {
+            Self::Surface { si, shading } => scatter_at(si, shading, w, mode),
+            Self::Medium(m) => Spectrum::splat(m.phase.eval(m.wo, w)),
         }
     }
 
@@ -139,6 +129,25 @@ impl Site {
                 shading.bsdf.pdf(wo, wi, mode).value()
             }
             Self::Medium(m) => m.phase.pdf(back, on).value(),
+        }
+    }
+}
+
+/// See [`Site::scatter`].
+pub(crate) fn scatter_at(
+    si: &SurfaceInteraction,
+    shading: &Shading,
+    w: Dir,
+    mode: TransportMode,
+) -> Spectrum {
+    let (wo, wi) = (shading.frame.to_local(si.wo), shading.frame.to_local(w));
+    let f = shading.bsdf.eval(wo, wi, mode);
+    match mode {
+        TransportMode::Radiance => f * wi.abs_cos_theta(),
+        TransportMode::Importance => {
+            let cos_g = si.ng.abs_dot(si.wo);
+            let factor = wo.abs_cos_theta() * si.ng.abs_dot(w) / cos_g;
+            if cos_g > 0.0 { f * factor } else { Spectrum::ZERO }
         }
     }
 }

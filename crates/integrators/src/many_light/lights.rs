@@ -5,13 +5,15 @@ use scene::{Scene, Shading, SurfaceInteraction, segment};
 use spectrum::Spectrum;
 
 use crate::Counters;
-use crate::common::{Keeper, LightPath, Vertex};
+use crate::common::{Keeper, LightPath, Site, scatter_at};
 
 /// A virtual light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VirtualLight {
-    /// Its throughput is the light's power times the number of paths.
-    pub(super) vertex: Vertex,
+    pub(super) si: SurfaceInteraction,
+    pub(super) shading: Shading,
+    /// Times the number of paths.
+    power: Spectrum,
     /// Scattering events before it.
     pub(super) depth: u32,
     /// Its path carries its hero wavelength alone.
@@ -37,8 +39,7 @@ pub(super) fn most_f(shading: &Shading, wo: math::Dir, mode: TransportMode) -> S
 impl VirtualLight {
     /// The most that it sends per steradian and cosine: what clusters are chosen by.
     pub(super) fn intensity(&self) -> f32 {
-        let v = &self.vertex;
-        (v.throughput * most_f(&v.shading, v.si.wo, TransportMode::Importance)).max_component()
+        (self.power * most_f(&self.shading, self.si.wo, TransportMode::Importance)).max_component()
     }
 }
 
@@ -72,22 +73,22 @@ pub(super) struct Receiver<'a> {
 impl Receiver<'_> {
     /// What it sends on of a virtual light, times the number of paths.
     pub(super) fn reflected(&self, light: &VirtualLight, counters: &mut Counters) -> Spectrum {
-        let (y, z) = (&light.vertex, self.si);
-        let d = y.si.p - z.p;
+        let (y, z) = (&light.si, self.si);
+        let d = y.p - z.p;
         let distance_squared = d.length_squared();
         let w = math::Dir(d / distance_squared.sqrt());
-        let (wo, wi) = (self.shading.frame.to_local(z.wo), self.shading.frame.to_local(w));
-        let f = self.shading.bsdf.eval(wo, wi, TransportMode::Radiance) * wi.abs_cos_theta();
+        let f = scatter_at(z, self.shading, w, TransportMode::Radiance);
         if f.is_black() {
             return Spectrum::ZERO;
         }
-        let share = self.bound.share((z, self.shading), &y.si);
-        let value = f * y.scatter(-w, TransportMode::Importance) * y.throughput * (share / distance_squared);
+        let share = self.bound.share((z, self.shading), y);
+        let sent = scatter_at(y, &light.shading, -w, TransportMode::Importance) * light.power;
+        let value = f * sent * (share / distance_squared);
         if value.is_black() || !value.is_finite() {
             return Spectrum::ZERO;
         }
         counters.rays += 1;
-        let (from, to) = (z.spawn_ray(w).origin, y.si.spawn_ray(-w).origin);
+        let (from, to) = (z.spawn_ray(w).origin, y.spawn_ray(-w).origin);
         if self.scene.occluded(&segment(from, to, z.time)) { Spectrum::ZERO } else { value }
     }
 }
@@ -99,9 +100,11 @@ pub(super) struct VirtualLights(pub(super) Vec<VirtualLight>);
 impl Keeper for VirtualLights {
     fn keep(&mut self, path: &LightPath<'_>) {
         for (depth, v) in path.walk.vertices.iter().enumerate() {
-            let light =
-                VirtualLight { vertex: *v, depth: depth as u32, is_terminated: path.wl.is_terminated() };
-            if is_matt(&v.shading.bsdf) && light.intensity() > 0.0 {
+            // Media are refused: every vertex is a surface.
+            let Site::Surface { si, shading } = v.site else { continue };
+            let is_terminated = path.wl.is_terminated();
+            let light = VirtualLight { si, shading, power: v.throughput, depth: depth as u32, is_terminated };
+            if is_matt(&shading.bsdf) && light.intensity() > 0.0 {
                 self.0.push(light);
             }
         }

@@ -224,12 +224,11 @@ fn cos_difference(cos_a: f32, (sin_b, cos_b): (f32, f32)) -> f32 {
 
 impl Placed {
     fn new(light: &VirtualLight, index: u32) -> Self {
-        let v = &light.vertex;
-        let both_sides = v.shading.bsdf.flags().intersects(LobeFlags::TRANSMISSION);
+        let both_sides = light.shading.bsdf.flags().intersects(LobeFlags::TRANSMISSION);
         Self {
             light: index,
-            p: v.si.p.0,
-            n: (!both_sides).then(|| v.si.ng.face_forward(v.si.wo)),
+            p: light.si.p.0,
+            n: (!both_sides).then(|| light.si.ng.face_forward(light.si.wo)),
             intensity: light.intensity(),
         }
     }
