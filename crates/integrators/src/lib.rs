@@ -19,6 +19,7 @@ mod path;
 mod photon;
 mod recursive;
 mod registry;
+mod shortcut;
 mod sppm;
 mod strategy_layer;
 

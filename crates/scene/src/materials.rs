@@ -138,18 +138,10 @@ impl Materials {
     /// Does every one of them reflect and transmit by Lambert's law alone?
     #[must_use]
     pub fn are_all_lambertian(&self) -> bool {
-        self.list.iter().all(|m| match &m.surface {
+        self.list[..self.len()].iter().all(|m| match &m.surface {
+            Surface::Look(look) => matches!(look, Look::Diffuse { .. } | Look::DiffuseTransmission { .. }),
             // What is mixed is in the list too.
-            Surface::Diffuse { .. }
-            | Surface::DiffuseTransmission { .. }
-            | Surface::Mix { .. }
-            | Surface::TwoSided { .. }
-            | Surface::Interface => true,
-            Surface::Conductor { .. }
-            | Surface::Dielectric { .. }
-            | Surface::ThinDielectric { .. }
-            | Surface::CoatedDiffuse { .. }
-            | Surface::CoatedConductor { .. } => false,
+            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => true,
         })
     }
 

@@ -21,7 +21,8 @@ use super::{Interpolation, Settings};
 use super::{is_matt, sides};
 use crate::Counters;
 use crate::common::Gathered;
-use crate::path::{Path, Shortcut, Walker};
+use crate::path::{Path, Walker};
+use crate::shortcut::Shortcut;
 
 /// Every so many pixels are looked at in the first round.
 const FIRST_STEP: i32 = 32;

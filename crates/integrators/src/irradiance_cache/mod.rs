@@ -29,7 +29,7 @@ mod record;
 use math::Dir;
 use sampling::Sampler;
 use sampling::mis::Heuristic;
-use scatter::{Bsdf, LobeFlags, TransportMode};
+use scatter::{Bsdf, TransportMode};
 use scene::{Shading, SurfaceInteraction};
 use spectrum::Spectrum;
 
@@ -38,8 +38,9 @@ use self::build::Build;
 use self::cache::{Cache, Rules};
 use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::path::{Path, Shortcut, Walker};
+use crate::path::{Path, Walker};
 use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::shortcut::Shortcut;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -217,9 +218,7 @@ impl<C: AsRef<[Cache]> + Send + Sync> Shortcut for Interpolation<C> {
 
 /// Is it Lambert's law, on one side or on both, and nothing else?
 fn is_matt(bsdf: &Bsdf) -> bool {
-    let matt = LobeFlags::DIFFUSE_REFLECTION | LobeFlags::DIFFUSE_TRANSMISSION;
-    let flags = bsdf.flags();
-    flags.is_within(matt) && !flags.is_empty()
+    matches!(bsdf, Bsdf::Diffuse(_) | Bsdf::DiffuseTransmission(_))
 }
 
 /// The sides of a matt surface from which light is sent towards `si.wo`: normals, and `f`.

@@ -28,7 +28,8 @@ pub(super) fn is_matt(bsdf: &Bsdf) -> bool {
 }
 
 /// The most that a matt surface may reflect or transmit from one direction to another, per steradian: its `f` for
-/// light along the normal, on the brighter side. Exact for Lambert's law; a coat lets most through along the normal.
+/// light along the normal, on the brighter side. Exact for Lambert's law; a coat lets most through along the normal;
+/// rough matt surfaces may reflect somewhat more at grazing angles.
 pub(super) fn most_f(shading: &Shading, wo: math::Dir, mode: TransportMode) -> Spectrum {
     let (frame, n) = (&shading.frame, math::LocalDir::new(0.0, 0.0, 1.0));
     let wo = frame.to_local(wo);
