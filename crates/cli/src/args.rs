@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Diff(DiffArgs),
     /// Compare integrators on a scene at equal time or equal samples: figures, verdicts and a report
     Compare(Box<CompareArgs>),
+    /// Run the experiments of docs/lecture.md: what the theory says, checked
+    Lab(LabArgs),
     /// Measure rays and paths per second on this machine
     Bench(BenchArgs),
     /// Walk one path again
@@ -210,6 +212,43 @@ pub(crate) struct CompareArgs {
     /// The folder for report.html, comparison.json and the pictures; it is made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+    /// Say nothing but warnings and errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Print all figures as one JSON object at the end
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LabArgs {
+    /// Experiments by name
+    #[arg(value_name = "EXPERIMENT", required_unless_present_any = ["list", "all"])]
+    pub(crate) experiments: Vec<String>,
+    /// List the experiments
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Run all of them
+    #[arg(long, conflicts_with = "experiments")]
+    pub(crate) all: bool,
+    /// Runs of each method
+    #[arg(long, value_name = "N", default_value = "6", value_parser = clap::value_parser!(u32).range(2..))]
+    pub(crate) seeds: u32,
+    /// Multiply the samples of each run with this
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub(crate) scale: f64,
+    /// Render a reference no longer than this
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s")]
+    pub(crate) reference_time: Duration,
+    /// The folder for reports and pictures, one folder in it for each experiment
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Keep references here (default: steradian/references in the user's cache folder)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Use this many threads (default: all)
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    pub(crate) threads: Option<NonZero<usize>>,
     /// Say nothing but warnings and errors
     #[arg(long)]
     pub(crate) quiet: bool,

@@ -37,15 +37,11 @@ pub(crate) fn run(args: &CompareArgs) -> Done {
     interrupt.rendering();
     let mut on_step = |step: Step<'_>| teller.on(step);
     let compared = comparison::run(&plan, &opened.scene, &workers, &interrupt.cancel, &mut on_step);
-    teller.bar.finish_and_clear();
-    let compared = compared.map_err(|e| match e {
-        comparison::Error::Render(e) => e.into(),
-        comparison::Error::Interrupted => Failure::failed(e),
-        e => Failure::input(e),
-    })?;
+    teller.end();
+    let compared = compared.map_err(failure)?;
 
     // Save.
-    let outputs = save(args, &compared)?;
+    let outputs = save(&args.output, &title(&args.scene.scene), &compared)?;
     if args.json {
         messages::json(&compared);
     } else if !args.quiet {
@@ -56,26 +52,39 @@ pub(crate) fn run(args: &CompareArgs) -> Done {
     Ok(if stopped { Status::Interrupted } else { Status::Done })
 }
 
+/// Whose doing it was.
+pub(crate) fn failure(e: comparison::Error) -> Failure {
+    match e {
+        comparison::Error::Render(e) => e.into(),
+        comparison::Error::Interrupted => Failure::failed(e),
+        e => Failure::input(e),
+    }
+}
+
 fn truth(args: &CompareArgs) -> Result<Truth, Failure> {
     if let Some(path) = &args.reference {
         let picture = diff::load(path)?;
         let name = path.display().to_string();
         return Ok(Truth::Picture { name, rgb: picture.rgb, variance: picture.variance });
     }
-    let cache = args.cache.clone().or_else(user_cache);
-    let cache = cache.filter(|folder| match fs::create_dir_all(folder) {
-        Ok(()) => true,
-        Err(e) => {
-            messages::warning(&format!("the reference is not kept: cannot make {}: {e}", folder.display()));
-            false
-        }
-    });
     Ok(Truth::Render {
         method: args.reference_integrator.method.clone(),
         relmse: args.reference_error,
         time: args.reference_time,
-        cache,
+        cache: cache(args.cache.as_deref()),
     })
+}
+
+/// The folder that keeps references, made if need be.
+pub(crate) fn cache(wanted: Option<&Path>) -> Option<PathBuf> {
+    let folder = wanted.map(Path::to_path_buf).or_else(user_cache)?;
+    match fs::create_dir_all(&folder) {
+        Ok(()) => Some(folder),
+        Err(e) => {
+            messages::warning(&format!("references are not kept: cannot make {}: {e}", folder.display()));
+            None
+        }
+    }
 }
 
 /// `$XDG_CACHE_HOME/steradian/references`, or the same in `~/.cache`.
@@ -86,12 +95,12 @@ fn user_cache() -> Option<PathBuf> {
 }
 
 /// Says which run is on.
-struct Teller {
+pub(crate) struct Teller {
     bar: ProgressBar,
 }
 
 impl Teller {
-    fn new(wanted: bool) -> Self {
+    pub(crate) fn new(wanted: bool) -> Self {
         let bar = ProgressBar::new_spinner();
         if !wanted || !std::io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -103,7 +112,11 @@ impl Teller {
         Self { bar }
     }
 
-    fn on(&self, step: Step<'_>) {
+    pub(crate) fn end(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    pub(crate) fn on(&self, step: Step<'_>) {
         match step {
             Step::Reference => self.bar.set_message("reference"),
             Step::Trial { label, number, of } => {
@@ -115,27 +128,30 @@ impl Teller {
     }
 }
 
-/// The report, the figures and every picture; each whole or not at all.
-fn save(args: &CompareArgs, compared: &Comparison) -> Result<Vec<PathBuf>, Failure> {
-    let title = args.scene.scene.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
-    let folder =
-        args.scene.scene.parent().and_then(Path::file_name).map(|s| s.to_string_lossy().into_owned());
-    let title = match (title.as_str(), folder) {
+/// What a scene is called: its file's name, or its folder's if the file's says nothing.
+fn title(scene: &Path) -> String {
+    let name = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned());
+    let own = name(scene.file_stem()).unwrap_or_default();
+    match (own.as_str(), name(scene.parent().and_then(Path::file_name))) {
         ("scene" | "scene-v4" | "scene-v3" | "scene_v3" | "index", Some(folder)) => folder,
-        _ => title,
-    };
-    let page = lab::page(compared, &title, &command()).map_err(Failure::failed)?;
+        _ => own,
+    }
+}
+
+/// The report, the figures and every picture; each whole or not at all.
+pub(crate) fn save(folder: &Path, title: &str, compared: &Comparison) -> Result<Vec<PathBuf>, Failure> {
+    let page = lab::page(compared, title, &command()).map_err(Failure::failed)?;
     let json = serde_json::to_string_pretty(compared).map_err(Failure::failed)?;
     let mut outputs = Vec::new();
     let mut write = |name: &str, text: &str| {
-        let path = args.output.join(name);
+        let path = folder.join(name);
         outputs.push(path.clone());
         image::write_atomically(&path, text.as_bytes()).map_err(Failure::failed)
     };
     write("report.html", &page)?;
     write("comparison.json", &json)?;
     for pictures in std::iter::once(&compared.truth).chain(&compared.pictures) {
-        let path = args.output.join(format!("{}.exr", file_name(&pictures.label)));
+        let path = folder.join(format!("{}.exr", file_name(&pictures.label)));
         render::save_picture(&path, &picture(pictures, compared.size)?, 0.0)?;
         outputs.push(path);
     }

@@ -8,6 +8,7 @@ mod exit;
 mod info;
 mod integrators;
 mod interrupt;
+mod lab_command;
 mod load;
 mod merge;
 mod messages;
@@ -44,6 +45,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>
         Command::Integrators(args) => integrators::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Lab(args) => lab_command::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Replay(args) => replay::run(args),
     };

@@ -1,6 +1,7 @@
 //! The laboratory: how far a picture is from another one, and which method gets there soonest.
 
 pub mod comparison;
+pub mod experiment;
 pub mod flip;
 mod metrics;
 mod report;

@@ -95,6 +95,10 @@ pub struct MethodFigures {
     pub seconds: f64,
     /// Million rays a second.
     pub mrays_per_second: f64,
+    /// Million rays of a run.
+    pub mrays_per_run: f64,
+    /// relMSE of each run, without the reference's noise.
+    pub relmse_of_runs: Vec<f64>,
     /// relMSE, its geometric mean over runs, without the reference's noise.
     pub relmse: Interval,
     /// Without the worst thousandth of the pixels. (The reference's noise is in it.)
@@ -234,6 +238,8 @@ fn of_method(label: &str, trials: &[Trial], reference: &Reference, width: usize)
         spp: mean(&|m| f64::from(m.passes)),
         seconds,
         mrays_per_second: rays as f64 * 1e-6 / (seconds * trials.len() as f64).max(1e-9),
+        mrays_per_run: rays as f64 * 1e-6 / trials.len() as f64,
+        relmse_of_runs: last().map(|m| own(m.metrics.relmse)).collect(),
         relmse,
         trimmed_relmse: geometric(last().map(|m| m.metrics.trimmed_relmse)),
         flip: flip::mean(&flip::flip_hdr(&first.developed.mean, &reference.rgb, width)),

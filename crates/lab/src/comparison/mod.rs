@@ -46,6 +46,9 @@ pub enum Error {
     /// Stopped before there was anything to compare.
     #[error("interrupted before there was anything to compare")]
     Interrupted,
+    /// The plan itself is wrong.
+    #[error("{0}")]
+    Plan(String),
     /// Nothing to do.
     #[error("a comparison needs at least one method and one seed")]
     Empty,
