@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Compare(Box<CompareArgs>),
     /// Run the experiments of docs/lecture.md: what the theory says, checked
     Lab(LabArgs),
+    /// Say which integrator reaches an error soonest on a scene, by short pilots
+    Advise(Box<AdviseArgs>),
     /// Measure rays and paths per second on this machine
     Bench(BenchArgs),
     /// Walk one path again
@@ -253,6 +255,30 @@ pub(crate) struct LabArgs {
     #[arg(long)]
     pub(crate) quiet: bool,
     /// Print all figures as one JSON object at the end
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AdviseArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The error √relMSE that is wanted, such as 5%
+    #[arg(long, value_name = "E", value_parser = precision, default_value = "5%")]
+    pub(crate) error: Precision,
+    /// The methods that may be recommended, as in `compare` (default: those that show all light)
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',', value_parser = entry)]
+    pub(crate) integrators: Vec<Entry>,
+    /// Let each pilot render for this long; each method has three
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "1s")]
+    pub(crate) pilot: Duration,
+    /// Recommend biased methods too, by their noise alone
+    #[arg(long)]
+    pub(crate) allow_biased: bool,
+    /// Say nothing but warnings and errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Print one JSON object at the end
     #[arg(long)]
     pub(crate) json: bool,
 }

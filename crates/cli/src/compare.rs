@@ -112,6 +112,12 @@ impl Teller {
         Self { bar }
     }
 
+    /// Shows what is on now.
+    pub(crate) fn say(&self, text: &str) {
+        self.bar.set_message(text.to_owned());
+        self.bar.tick();
+    }
+
     pub(crate) fn end(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,5 +1,6 @@
 //! The command line: what is written on it, and what is printed in answer. All work is done by the crates below.
 
+mod advise;
 mod args;
 mod bench;
 mod compare;
@@ -46,6 +47,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>
         Command::Diff(args) => diff::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Lab(args) => lab_command::run(args),
+        Command::Advise(args) => advise::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Replay(args) => replay::run(args),
     };

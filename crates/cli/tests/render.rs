@@ -378,3 +378,30 @@ fn compare_writes_a_report_that_stands_alone_and_finds_agreement() {
     assert_eq!(json["agreements"][0]["verdict"]["agrees"], false);
     assert_eq!((kept, fs::read_dir(folder.file("kept")).unwrap().count()), (1, 1));
 }
+
+#[test]
+fn advise_recommends_one_method_and_objects_to_those_that_miss_light() {
+    let folder = Folder::new();
+    let mirror =
+        SCENE.replace("Shape \"sphere\"", "Material \"conductor\" \"float roughness\" 0\nShape \"sphere\"");
+    fs::write(folder.file("mirror.pbrt"), mirror).unwrap();
+    let args = ["advise", "mirror.pbrt", "--integrators", "path,bdpt,light", "--pilot", "60ms", "--json"];
+    let answer = steradian(folder.path(), &args);
+    assert_eq!(answer.code, 0, "{}", answer.all());
+    let advice = answer.json();
+    let of = |label: &str| {
+        advice
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|a| a["label"] == label)
+            .unwrap_or_else(|| panic!("{label}"))
+            .clone()
+    };
+    assert_eq!(advice.as_array().unwrap().iter().filter(|a| a["recommended"] == true).count(), 1);
+    assert_eq!(advice[0]["recommended"], true, "the best comes first");
+    assert!(of("light")["objection"].as_str().unwrap().contains("found more light"), "{advice}");
+    assert!(of("path")["objection"].is_null() && of("bdpt")["objection"].is_null(), "{advice}");
+    let seconds = |label: &str| of(label)["seconds"]["value"].as_f64().unwrap();
+    assert!(seconds("path") > 0.0 && seconds("path").is_finite());
+}

@@ -18,7 +18,9 @@ fn here(args: &[&str]) -> common::Answer {
 #[test]
 fn help_is_what_the_contract_says() {
     insta::assert_snapshot!("help", here(&["--help"]).all());
-    for command in ["render", "merge", "info", "integrators", "diff", "compare", "bench", "replay"] {
+    for command in
+        ["render", "merge", "info", "integrators", "diff", "compare", "lab", "advise", "bench", "replay"]
+    {
         let answer = here(&[command, "--help"]);
         assert_eq!(answer.code, 0);
         insta::assert_snapshot!(format!("help-{command}"), answer.stdout);
@@ -35,7 +37,7 @@ fn what_is_not_there_yet_is_not_in_the_help() {
 
 #[test]
 fn bad_usage_is_status_2_and_says_what_was_expected() {
-    let wrong: [(&[&str], &str); 14] = [
+    let wrong: [(&[&str], &str); 15] = [
         (&[], "Usage"),
         (&["paint"], "paint"),
         (&["render"], "SCENE"),
@@ -49,6 +51,7 @@ fn bad_usage_is_status_2_and_says_what_was_expected() {
         (&["render", "a.pbrt", "--resume"], "--checkpoint"),
         (&["render", "a.pbrt", "--error", "0%"], "1% or 0.01"),
         (&["compare", "a.pbrt", "--integrators", "path:mis", "-o", "x"], "NAME:KEY=VALUE"),
+        (&["lab", "alchemy"], "there is no experiment `alchemy`"),
         (&["diff", "a.exr", "b.exr", "--fail-above", "psnr=3"], "there is no metric `psnr`"),
     ];
     for (args, expected) in wrong {

@@ -1,5 +1,6 @@
 //! The laboratory: how far a picture is from another one, and which method gets there soonest.
 
+pub mod advise;
 pub mod comparison;
 pub mod experiment;
 pub mod flip;

@@ -252,7 +252,7 @@ fn of_method(label: &str, trials: &[Trial], reference: &Reference, width: usize)
 }
 
 /// The geometric mean of positive values with its interval, by their logarithms.
-fn geometric(values: impl Iterator<Item = f64>) -> Interval {
+pub(crate) fn geometric(values: impl Iterator<Item = f64>) -> Interval {
     let logs = Moments::of(values.map(|x| libm::log(x.max(f64::MIN_POSITIVE))));
     let [low, high] = logs.mean_interval(CONFIDENCE);
     Interval { value: libm::exp(logs.mean()), low: libm::exp(low), high: libm::exp(high) }

@@ -17,14 +17,16 @@ use render::{Cancel, Event, Method, Workers};
 use scene::Scene;
 use thiserror::Error;
 
+pub(crate) use figures::geometric;
 pub use figures::{
     Agreement, Comparison, Convergence, Interval, Machine, MethodFigures, Pictures, Slope, Verdict,
 };
 pub use plan::{Budget, Entry, Plan, Truth};
+pub(crate) use tiles::{Batch, Grid, estimate};
+pub(crate) use trial::Bench;
 pub use truth::{REFERENCE_SEED, Reference, ReferenceFacts};
 
-use self::tiles::Grid;
-use self::trial::{Bench, Trial};
+use self::trial::Trial;
 
 /// Why a comparison gave nothing.
 #[derive(Debug, Error)]
@@ -104,7 +106,7 @@ pub fn run(
             let number = round * plan.entries.len() + i + 1;
             on_step(Step::Trial { label: &entry.label, number, of });
             let method = Method { seed: Some(seed), ..entry.method.clone() };
-            let trial = bench.run(&method, &reference, &mut |e| on_step(Step::Event(e)))?;
+            let trial = bench.run(&method, Some(&reference), &mut |e| on_step(Step::Event(e)))?;
             match trial {
                 Some(trial) if !trial.cancelled || round == 0 => trials[i].push(trial),
                 Some(_) | None => {}

@@ -44,11 +44,12 @@ pub(crate) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Runs `method` until its budget is spent. `None`: stopped before anything was complete.
+    /// Runs `method` until its budget is spent; without a reference its errors are not known. `None`: stopped before anything was
+    /// complete.
     pub(crate) fn run(
         &self,
         method: &Method,
-        reference: &Reference,
+        reference: Option<&Reference>,
         on_event: &mut dyn FnMut(Event<'_>),
     ) -> Result<Option<Trial>, render::Error> {
         let mut job = Job::new(self.scene, method)?;
@@ -76,7 +77,7 @@ impl Bench<'_> {
                     }
                 };
                 let developed = whole.develop();
-                let metrics = reference.metrics(&developed);
+                let metrics = reference.map_or_else(Metrics::unknown, |r| r.metrics(&developed));
                 moments.push(Moment { passes: done, seconds: spent.as_secs_f64(), metrics });
                 let key = &whole.settings().key;
                 let info = integrators::find(&key.integrator);
