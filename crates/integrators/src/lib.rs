@@ -22,6 +22,7 @@ mod registry;
 mod shortcut;
 mod sppm;
 mod strategy_layer;
+mod vcm;
 
 pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
 pub use registry::{IntegratorInfo, Making, create, find, list};

@@ -271,6 +271,7 @@ impl Chain<'_> {
             scene,
             lengths: [t.saturating_sub(1), s.saturating_sub(1)],
             roulette: Roulette { rr_depth: u32::MAX },
+            shared: None,
         };
         walks.eye(raster, eye, &mut wl, counters, &mut self.paths);
         if s >= 2 {

@@ -6,6 +6,7 @@ use scene_desc::{ParameterValue, SamplerDesc};
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
 use crate::{
     Integrator, ao, bdpt, direct, irradiance_cache, light, many_light, mlt, path, photon, recursive, sppm,
+    vcm,
 };
 
 /// What a person and the command line need to know of an integrator.
@@ -60,6 +61,7 @@ pub fn list() -> &'static [IntegratorInfo] {
         many_light::INFO,
         photon::INFO,
         sppm::INFO,
+        vcm::INFO,
         irradiance_cache::INFO,
         mlt::INFO,
     ]

@@ -9,7 +9,7 @@ use crate::{Channels, StrategyLayer};
 const PER_STRATEGY: usize = 6;
 
 /// Which strategy fills which channels.
-pub(super) struct Layers {
+pub(crate) struct Layers {
     /// Most scattering events of the paths that are shown.
     depth: usize,
     /// First channel of (s, t), at s (depth + 3) + t, among those of camera samples or of splats; `None`: no such

@@ -9,6 +9,7 @@
 //! lamp's caustic seen in a mirror.
 
 mod layers;
+mod merging;
 mod strategies;
 mod weight;
 
@@ -18,15 +19,16 @@ use scatter::TransportMode;
 use scene::Scene;
 use spectrum::Wavelengths;
 
+pub(crate) use merging::Merging;
 pub(crate) use strategies::{Joint, Subpaths};
-pub(crate) use weight::Weighting;
+pub(crate) use weight::{Emitters, Merges, Techniques, Weighting};
 
 use layers::{LayerSample, Layers};
 
-use crate::common::{CameraStart, LightStart, Roulette, Walk, sampler_of};
+use crate::common::{CameraStart, LightStart, Roulette, Shared, Walk, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
-use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext};
+use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -67,6 +69,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             let depth = p.limit("max_depth").min(p.integer("show_depth")).min(MOST_SHOWN);
             Layers::new(depth as usize, making.scene.camera.has_lens())
         }),
+        merging: None,
         sampler: sampler_of(making.sampler, making.seed),
     })
 }
@@ -78,21 +81,33 @@ const MOST_SHOWN: u32 = 30;
 pub(crate) fn weighting(scene: &Scene, heuristic: Heuristic) -> Weighting {
     Weighting {
         heuristic,
+        techniques: Techniques::BIDIRECTIONAL,
         lens_is_hittable: scene.camera.has_lens(),
         light_share: scene.settings().sample_bounds().area() as f32 / scene.camera.n_pixels(),
     }
 }
 
-struct Bidirectional {
-    max_depth: u32,
-    roulette: Roulette,
-    weighting: Weighting,
+/// Walks from both ends, joined in every way that the weighting allows.
+pub(crate) struct Bidirectional {
+    pub(crate) max_depth: u32,
+    pub(crate) roulette: Roulette,
+    pub(crate) weighting: Weighting,
     /// Where each strategy is shown, if they are.
-    layers: Option<Layers>,
-    sampler: Sampler,
+    pub(crate) layers: Option<Layers>,
+    /// Photons, if they are merged with.
+    pub(crate) merging: Option<Merging>,
+    pub(crate) sampler: Sampler,
 }
 
 impl Integrator for Bidirectional {
+    fn prepares(&self) -> bool {
+        self.merging.is_some()
+    }
+
+    fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
+        self.merging.as_mut().map(|m| m.prepare(ctx)).unwrap_or_default()
+    }
+
     fn splats(&self) -> bool {
         true
     }
@@ -132,26 +147,71 @@ impl Bidirectional {
     ) {
         let u = sampler.pixel_2d();
         let raster = [pixel[0] as f32 + u[0], pixel[1] as f32 + u[1]];
-        let mut wl = match scene.settings().spectral {
-            true => Wavelengths::sample_visible(sampler.next_1d()),
-            false => Wavelengths::RGB,
+        let shared = self.merging.as_ref().map(|m| m.shared);
+        let mut wl = match (shared, scene.settings().spectral) {
+            (Some(shared), _) => shared.wl,
+            (None, true) => Wavelengths::sample_visible(sampler.next_1d()),
+            (None, false) => Wavelengths::RGB,
         };
-        let depth = self.max_depth as usize;
-        let lengths = [depth.saturating_add(1), depth.saturating_add(usize::from(scene.camera.has_lens()))];
-        let walks = Walks { scene, lengths, roulette: self.roulette };
+        let walks = Walks { scene, lengths: self.lengths(scene), roulette: self.roulette, shared };
         out.counters.camera_paths += 1;
-        out.counters.light_paths += 1;
         walks.eye(raster, sampler, &mut wl, &mut out.counters, &mut work.paths);
-        walks.light(sampler, &mut wl, &mut out.counters, &mut work.paths);
+        if walks.lengths[1] > 0 {
+            out.counters.light_paths += 1;
+            walks.light(sampler, &mut wl, &mut out.counters, &mut work.paths);
+        }
+        work.paths.finish_merges(scene, self.merging.as_ref());
 
         if let Some(layers) = &self.layers {
             layers.begin(&mut work.shown);
         }
-        let radiance = self.join(scene, sampler, wl, work, out);
+        let mut radiance = self.join(scene, sampler, wl, work, out);
+        if let Some(merging) = &self.merging {
+            let merged = self.merge(scene, merging, (sampler, wl), work, out);
+            radiance = [0, 1, 2].map(|i| radiance[i] + merged[i]);
+        }
         out.tile.add_sample(pixel, u, radiance);
         if let Some(layers) = &self.layers {
             layers.end(&work.shown, &mut out.tile, pixel, u);
         }
+    }
+
+    /// Most surfaces of both walks.
+    fn lengths(&self, scene: &Scene) -> [usize; 2] {
+        let depth = self.max_depth as usize;
+        let Techniques { emitters, connections, lens, .. } = self.weighting.techniques;
+        let eye = if emitters == Emitters::Seen { 1 } else { depth.saturating_add(1) };
+        let light = depth.saturating_add(usize::from(scene.camera.has_lens()));
+        [eye, if connections || lens { light } else { 0 }]
+    }
+
+    /// Merges the eye's walk with photons: radiance of the pixel.
+    fn merge(
+        &self,
+        scene: &Scene,
+        merging: &Merging,
+        (sampler, wl): (&mut Sampler, Wavelengths),
+        work: &mut Work,
+        out: &mut CellOutput,
+    ) -> [f32; 3] {
+        let mut hero = wl;
+        hero.terminate_secondary();
+        let mut near = std::mem::take(&mut work.paths.near);
+        let (depth, mut radiance) = (self.max_depth as usize, [0.0; 3]);
+        let n = work.paths.eye.vertices.len().min(depth);
+        let (paths, counters) = (&mut work.paths, &mut out.counters);
+        let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
+        for i in 0..n {
+            joint.find_photons(merging, i, &mut near);
+            for &near in &near {
+                let Some(merged) = joint.merge(merging, i, near, depth) else { continue };
+                let wl = if merged.is_terminated { &hero } else { &wl };
+                let rgb = scene.film_rgb(merged.contribution.weighted, wl);
+                radiance = [0, 1, 2].map(|c| radiance[c] + rgb[c]);
+            }
+        }
+        work.paths.near = near;
+        radiance
     }
 
     /// Joins the two walks in every way: the radiance of the pixel; splats are left in `out`.
@@ -204,6 +264,8 @@ pub(crate) struct Walks<'a> {
     /// Most surfaces of the eye's walk and of the light's.
     pub(crate) lengths: [usize; 2],
     pub(crate) roulette: Roulette,
+    /// Moment and wavelengths, if all paths have the same.
+    pub(crate) shared: Option<Shared>,
 }
 
 impl Walks<'_> {
@@ -217,7 +279,7 @@ impl Walks<'_> {
         paths: &mut Subpaths,
     ) {
         paths.eye.clear();
-        paths.eye_start = CameraStart::sample(self.scene, raster, sampler);
+        paths.eye_start = CameraStart::sample(self.scene, raster, self.shared, sampler);
         if let Some(eye) = paths.eye_start {
             self.walk(TransportMode::Radiance).run(&eye.start, sampler, wl, counters, &mut paths.eye);
         }
@@ -269,7 +331,8 @@ mod tests {
     fn pyramid(scene: &Scene, depth: usize, batches: u32, paths_each: u32) -> Vec<Moments> {
         let mut sampler = Sampler::new(sampling::SamplerKind::Independent, 5);
         let (mut paths, mut counters) = (Subpaths::default(), Counters::default());
-        let walks = Walks { scene, lengths: [depth + 1; 2], roulette: Roulette { rr_depth: u32::MAX } };
+        let walks =
+            Walks { scene, lengths: [depth + 1; 2], roulette: Roulette { rr_depth: u32::MAX }, shared: None };
         let mut moments = vec![Moments::default(); depth + 3];
         for batch in 0..batches {
             let mut sums = vec![0.0; depth + 3];

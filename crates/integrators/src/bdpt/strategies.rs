@@ -7,6 +7,7 @@
 //! | s, t ≥ 2     | two surfaces are connected                                                   |
 //! | s ≥ 2, t = 1 | a surface of the light's walk is connected to the lens                       |
 //! | t = 0        | the walk from the light passes a lens of finite size                         |
+//! | merging      | a photon near a surface of the eye's walk                                    |
 
 use math::{Dir, Ray};
 use sampling::Sampler;
@@ -14,10 +15,11 @@ use scatter::{Density, TransportMode};
 use scene::{LightId, Scene, SurfaceInteraction, segment};
 use spectrum::{Spectrum, Wavelengths};
 
-use super::weight::{LightEnd, Link, Weighting};
+use super::Merging;
+use super::weight::{LightEnd, Link, Strategy, Weighting};
 use crate::Counters;
 use crate::common::{
-    CameraStart, Leaving, LightStart, Place, Subpath, Vertex, camera_densities, connect_to_eye,
+    CameraStart, Leaving, LightStart, Near, Place, Subpath, Vertex, camera_densities, connect_to_eye,
     direct_density, emission_densities, place_of,
 };
 
@@ -43,9 +45,28 @@ pub(crate) struct Subpaths {
     /// Density of next-event estimation from the light walk's first surface to its start.
     direct: f32,
     links: Vec<Link>,
+    /// N π r² at the surfaces of both walks, where photons are gathered; see [`Link`].
+    eye_merges: Vec<f32>,
+    light_merges: Vec<f32>,
+    /// Photons around a surface.
+    pub(super) near: Vec<Near>,
 }
 
 impl Subpaths {
+    /// To be called when both walks are done.
+    pub(crate) fn finish_merges(&mut self, scene: &Scene, merging: Option<&Merging>) {
+        let Self { eye, light, eye_merges, light_merges, .. } = self;
+        for (walk, merges) in [(eye, eye_merges), (light, light_merges)] {
+            merges.clear();
+            if let Some(merging) = merging {
+                merges.extend(walk.vertices.iter().map(|v| match v.is_connectible() {
+                    true => merging.expected(scene, v.p(), v.time()),
+                    false => 0.0,
+                }));
+            }
+        }
+    }
+
     /// To be called when the light's walk is done.
     pub(crate) fn finish_light(&mut self, scene: &Scene) {
         self.direct = match (&self.light_start, self.light.vertices.first()) {
@@ -85,6 +106,7 @@ impl Joint<'_> {
     pub(crate) fn strategy(&mut self, s: usize, t: usize) -> Option<Contribution> {
         let c = match (s, t) {
             (0, 0 | 1) | (1, 0 | 1) => None,
+            _ if !self.weighting.joins(s, t) => None,
             (0, _) => self.find_emitters(t),
             (1, _) => self.next_event(t),
             (_, 0) => self.pass_lens(s),
@@ -154,12 +176,12 @@ impl Joint<'_> {
             Some(v) => direct_density(self.scene, &v.light_context(), f.light, &f.place, -f.back),
             None => 0.0,
         };
-        let first = Link { from_light: emit, from_eye: f.forward, is_delta: false };
+        let first = Link { from_light: emit, from_eye: f.forward, ..Link::default() };
         let next = self.eye_place(t - 2);
         let links = self.gather(0, Some(first), t - 1);
         links[1].from_light = next.map_or(0.0, |p| leaving.density_at(&p));
         let end = LightEnd { emit, direct, is_hittable: true };
-        self.weighting.weight(&self.paths.links, &end, 0)
+        self.weighting.weight(&self.paths.links, &end, Strategy::Join(0))
     }
 
     // ---- s = 1 ----
@@ -241,7 +263,7 @@ impl Joint<'_> {
         let before = self.light_place(s - 2);
         let links = self.gather(s, None, 0);
         let on = y.leaving(y.wo(), eye.wi, TransportMode::Importance);
-        links.push(Link { from_light: on.density_at(&lens), from_eye: position, is_delta: false });
+        links.push(Link { from_light: on.density_at(&lens), from_eye: position, ..Link::default() });
         links[s - 1].from_eye = leaving.density_at(&y.place());
         links[s - 1].is_delta = false;
         let back = y.leaving(eye.wi, y.wo(), TransportMode::Radiance);
@@ -266,7 +288,7 @@ impl Joint<'_> {
             end.direct = 0.0;
         }
         let links = self.gather(s - 1, None, 0);
-        links.push(Link { from_light: arrival.forward, from_eye: position, is_delta: false });
+        links.push(Link { from_light: arrival.forward, from_eye: position, ..Link::default() });
         links[s - 2].from_eye = leaving.density_at(&before);
         Some(self.weighted(value, &end, s, Some(arrival.hit.raster)))
     }
@@ -283,7 +305,7 @@ impl Joint<'_> {
     }
 
     fn weighted(&self, value: Spectrum, end: &LightEnd, s: usize, splat: Option<[f32; 2]>) -> Contribution {
-        let weight = self.weighting.weight(&self.paths.links, end, s);
+        let weight = self.weighting.weight(&self.paths.links, end, Strategy::Join(s));
         Contribution { unweighted: value, weighted: value * weight, splat }
     }
 
@@ -303,7 +325,7 @@ impl Joint<'_> {
     }
 
     /// Vertex `i` of the eye's walk, whose vertex 0 is on the lens.
-    fn eye_place(&self, i: usize) -> Option<Place> {
+    pub(super) fn eye_place(&self, i: usize) -> Option<Place> {
         match i.checked_sub(1) {
             None => self.paths.eye_start.map(|c| c.start.place),
             Some(i) => self.paths.eye.vertices.get(i).map(Vertex::place),
@@ -313,19 +335,41 @@ impl Joint<'_> {
     /// The links of a path of the first `s` vertices of the light's walk, or of `first` alone, and the first `t` of the
     /// eye's, as far as the walks know them.
     fn gather(&mut self, s: usize, first: Option<Link>, t: usize) -> &mut Vec<Link> {
-        let Subpaths { links, light, eye, eye_start, .. } = &mut *self.paths;
+        let Subpaths { links, light, light_merges, .. } = &mut *self.paths;
         links.clear();
         links.extend(first);
         if s > 0 {
             links.push(Link { from_eye: light.start_reverse, ..Link::default() });
         }
-        let of_light = |v: &Vertex| Link { from_light: v.forward, from_eye: v.reverse, is_delta: v.is_delta };
-        let of_eye = |v: &Vertex| Link { from_light: v.reverse, from_eye: v.forward, is_delta: v.is_delta };
-        links.extend(light.vertices.iter().take(s.saturating_sub(1)).map(of_light));
-        links.extend(eye.vertices[..t.saturating_sub(1)].iter().rev().map(of_eye));
+        let of_light = |(i, v): (usize, &Vertex)| Link {
+            from_light: v.forward,
+            from_eye: v.reverse,
+            is_delta: v.is_delta,
+            merge: light_merges.get(i).copied().unwrap_or(0.0),
+        };
+        links.extend(light.vertices.iter().enumerate().take(s.saturating_sub(1)).map(of_light));
+        self.add_eye_links(t)
+    }
+
+    /// The links of a photon's path before it, and of the first `t` vertices of the eye's walk.
+    pub(super) fn gather_merged(&mut self, before: impl Iterator<Item = Link>, t: usize) -> &mut Vec<Link> {
+        self.paths.links.clear();
+        self.paths.links.extend(before);
+        self.add_eye_links(t)
+    }
+
+    fn add_eye_links(&mut self, t: usize) -> &mut Vec<Link> {
+        let Subpaths { links, eye, eye_start, eye_merges, .. } = &mut *self.paths;
+        let of_eye = |(i, v): (usize, &Vertex)| Link {
+            from_light: v.reverse,
+            from_eye: v.forward,
+            is_delta: v.is_delta,
+            merge: eye_merges.get(i).copied().unwrap_or(0.0),
+        };
+        links.extend(eye.vertices[..t.saturating_sub(1)].iter().enumerate().rev().map(of_eye));
         if t > 0 {
             let position = eye_start.map_or(1.0, |c| c.position);
-            links.push(Link { from_light: eye.start_reverse, from_eye: position, is_delta: false });
+            links.push(Link { from_light: eye.start_reverse, from_eye: position, ..Link::default() });
         }
         links
     }

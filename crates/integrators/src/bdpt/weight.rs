@@ -14,6 +14,15 @@
 //! there may be more or fewer light paths than camera paths; and an edge next to a delta lobe cannot be connected.
 //! (1, 1) is left to (0, 2): emitters that are seen directly. Nor does (2, 0) show a point lamp through the lens, so that
 //! depth 0 is one picture for all integrators.
+//!
+//! Where photons are gathered, vertex `x_m` may also be found from both sides and merged [Georgiev2012]. That path has
+//! the vertices of strategies m and m + 1, `x_m` twice; what it is likely to be found with is
+//!
+//! ```text
+//! p_m a_m N π r² = p_{m+1} b_m N π r²,
+//! ```
+//!
+//! with N light paths and the radius r at `x_m`: the same ladder, one rung further.
 
 use sampling::mis::Heuristic;
 
@@ -26,6 +35,8 @@ pub(crate) struct Link {
     pub(crate) from_eye: f32,
     /// Does the path leave it by a delta lobe?
     pub(crate) is_delta: bool,
+    /// N π r² where photons are gathered; zero where they are not.
+    pub(crate) merge: f32,
 }
 
 /// How a path's place on the light may be found (a ray that hits it is in the links).
@@ -39,10 +50,57 @@ pub(crate) struct LightEnd {
     pub(crate) is_hittable: bool,
 }
 
+/// A way of making a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Strategy {
+    /// So many vertices from the light, the rest from the eye.
+    Join(usize),
+    /// This vertex from both.
+    Merge(usize),
+}
+
+/// Which paths the eye's walk may end by finding the emitter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Emitters {
+    /// All.
+    All,
+    /// Those of deltas alone.
+    OverDeltas,
+    /// Those without scattering.
+    Seen,
+}
+
+/// Where light paths and eye paths are merged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Merges {
+    Nowhere,
+    /// At the vertex from which only deltas lead to the eye.
+    First,
+    Everywhere,
+}
+
+/// The strategies that are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Techniques {
+    pub(crate) emitters: Emitters,
+    /// Two surfaces, or a light sample and a surface.
+    pub(crate) connections: bool,
+    /// A light path that reaches the lens.
+    pub(crate) lens: bool,
+    pub(crate) merges: Merges,
+}
+
+impl Techniques {
+    /// Bidirectional path tracing.
+    pub(crate) const BIDIRECTIONAL: Self =
+        Self { emitters: Emitters::All, connections: true, lens: true, merges: Merges::Nowhere };
+}
+
 /// What is the same for all paths.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weighting {
     pub(crate) heuristic: Heuristic,
+    pub(crate) techniques: Techniques,
     /// Can a ray find the lens?
     pub(crate) lens_is_hittable: bool,
     /// Light paths per camera path of the whole film.
@@ -50,53 +108,75 @@ pub(crate) struct Weighting {
 }
 
 impl Weighting {
-    /// The weight of the strategy with `s` vertices from the light.
-    pub(crate) fn weight(&self, links: &[Link], end: &LightEnd, s: usize) -> f32 {
-        let n = links.len();
-        let own = self.factor(links, end, s, 1.0);
-        if own <= 0.0 {
+    /// Is any path made by `s` vertices from the light and `t` from the eye?
+    pub(crate) fn joins(&self, s: usize, t: usize) -> bool {
+        let Techniques { emitters, connections, lens, .. } = self.techniques;
+        match (s, t) {
+            (0, _) => t == 2 || emitters != Emitters::Seen,
+            (_, 0 | 1) => lens,
+            _ => connections,
+        }
+    }
+
+    /// The weight of one way of making a path.
+    pub(crate) fn weight(&self, links: &[Link], end: &LightEnd, own: Strategy) -> f32 {
+        let base = match own {
+            Strategy::Join(s) => s,
+            Strategy::Merge(m) => m + 1,
+        };
+        let own_density = match own {
+            Strategy::Join(s) => self.join(links, end, s, 1.0),
+            Strategy::Merge(m) => self.merge(links, end, m, f64::from(links[m].from_eye)),
+        };
+        if own_density <= 0.0 {
             return 0.0;
         }
-        let mut sum = 1.0;
-        let mut add = |s: usize, ratio: f64| {
-            let q = self.factor(links, end, s, ratio) / own;
+        let mut sum = 0.0;
+        let mut add = |density: f64| {
+            let q = density / own_density;
             sum += match self.heuristic {
                 Heuristic::Balance => q,
                 Heuristic::Power => q * q,
             };
         };
 
-        // Fewer vertices from the light. What finds x₀ is in the factor.
+        // Fewer vertices from the light. What finds x₀ is in the factors.
+        add(self.join(links, end, base, 1.0));
         let mut ratio = 1.0_f64;
-        for fewer in (0..s).rev() {
+        for fewer in (0..base).rev() {
             if fewer > 0 {
-                ratio *= f64::from(links[fewer].from_eye) / f64::from(links[fewer].from_light);
+                let [a, b] = [links[fewer].from_light, links[fewer].from_eye].map(f64::from);
+                add(self.merge(links, end, fewer, ratio * b));
+                ratio *= b / a;
             }
-            add(fewer, ratio);
+            add(self.join(links, end, fewer, ratio));
         }
         // More of them.
         ratio = 1.0;
-        for more in s + 1..=n {
+        for more in base + 1..=links.len() {
             if more > 1 {
-                ratio *= f64::from(links[more - 1].from_light) / f64::from(links[more - 1].from_eye);
+                let [a, b] = [links[more - 1].from_light, links[more - 1].from_eye].map(f64::from);
+                add(self.merge(links, end, more - 1, ratio * a));
+                ratio *= a / b;
             }
-            add(more, ratio);
+            add(self.join(links, end, more, ratio));
         }
         if f64::is_nan(sum) { 0.0 } else { (1.0 / sum) as f32 }
     }
 
     /// Density of a strategy: `ratio`, which leaves out x₀, times the density of finding x₀ and the number of paths;
     /// zero if it cannot make the path.
-    fn factor(&self, links: &[Link], end: &LightEnd, s: usize, ratio: f64) -> f64 {
+    fn join(&self, links: &[Link], end: &LightEnd, s: usize, ratio: f64) -> f64 {
         let n = links.len();
         let t = n - s;
-        let is_possible = match (s, t) {
-            (0, _) => end.is_hittable,
-            (2, 0) => self.lens_is_hittable && end.is_hittable,
-            (_, 0) => self.lens_is_hittable,
-            (1, 1) => false,
-            _ => !links[s - 1].is_delta && !links[s].is_delta,
-        };
+        let is_possible = self.joins(s, t)
+            && match (s, t) {
+                (0, _) => end.is_hittable && self.ends_at_emitter(links),
+                (2, 0) => self.lens_is_hittable && end.is_hittable,
+                (_, 0) => self.lens_is_hittable,
+                (1, 1) => false,
+                _ => !links[s - 1].is_delta && !links[s].is_delta,
+            };
         let of_light = match s {
             0 => links[0].from_eye,
             1 => end.direct,
@@ -105,16 +185,40 @@ impl Weighting {
         let of_eye = if t <= 1 { self.light_share } else { 1.0 };
         if is_possible { ratio * f64::from(of_light) * f64::from(of_eye) } else { 0.0 }
     }
+
+    /// The same of merging at vertex `m`; `ratio` leaves out x₀ and has both densities of `x_m`.
+    fn merge(&self, links: &[Link], end: &LightEnd, m: usize, ratio: f64) -> f64 {
+        let is_possible = !links[m].is_delta
+            && links[m].merge > 0.0
+            && match self.techniques.merges {
+                Merges::Nowhere => false,
+                Merges::Everywhere => true,
+                Merges::First => links[m + 1..].iter().rev().skip(1).all(|l| l.is_delta),
+            };
+        if is_possible { ratio * f64::from(end.emit) * f64::from(links[m].merge) } else { 0.0 }
+    }
+
+    fn ends_at_emitter(&self, links: &[Link]) -> bool {
+        match self.techniques.emitters {
+            Emitters::All => true,
+            Emitters::OverDeltas => links[1..links.len() - 1].iter().all(|l| l.is_delta),
+            Emitters::Seen => links.len() == 2,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const ALL: Techniques = Techniques { merges: Merges::Everywhere, ..Techniques::BIDIRECTIONAL };
+    const FIRST: Techniques =
+        Techniques { emitters: Emitters::OverDeltas, connections: false, lens: false, merges: Merges::First };
+
     /// Weights of all strategies of one path add up to one, whatever is possible: what makes the sum unbiased.
     #[test]
     fn weights_of_all_strategies_add_up_to_one() {
-        let link = |a: f32, b: f32, is_delta| Link { from_light: a, from_eye: b, is_delta };
+        let link = |a: f32, b: f32, is_delta| Link { from_light: a, from_eye: b, is_delta, merge: 3.0 * b };
         let path = [
             link(0.0, 0.7, false),
             link(2.0, 0.1, false),
@@ -123,17 +227,34 @@ mod tests {
             link(0.01, 5.0, false),
             link(0.3, 8.0, false),
         ];
-        for heuristic in [Heuristic::Balance, Heuristic::Power] {
+        for (heuristic, techniques) in [
+            (Heuristic::Balance, Techniques::BIDIRECTIONAL),
+            (Heuristic::Power, Techniques::BIDIRECTIONAL),
+            (Heuristic::Balance, ALL),
+            (Heuristic::Power, ALL),
+            (Heuristic::Power, FIRST),
+        ] {
             for (is_hittable, lens_is_hittable) in
                 [(true, true), (true, false), (false, true), (false, false)]
             {
-                let weighting = Weighting { heuristic, lens_is_hittable, light_share: 0.7 };
+                let weighting = Weighting { heuristic, techniques, lens_is_hittable, light_share: 0.7 };
                 for n in 2..=path.len() {
                     let end = LightEnd { emit: 0.4, direct: 3.0, is_hittable };
-                    let weights: Vec<_> = (0..=n).map(|s| weighting.weight(&path[..n], &end, s)).collect();
-                    let possible = weights.iter().any(|w| *w > 0.0);
-                    let sum: f32 = weights.iter().sum();
-                    assert!(!possible || (sum - 1.0).abs() < 1e-5, "{weights:?}");
+                    let mut links = path[..n].to_vec();
+                    links[n - 1].merge = 0.0;
+                    let weight = |own| weighting.weight(&links, &end, own);
+                    let weights: Vec<_> = (0..=n).map(|s| weight(Strategy::Join(s))).collect();
+                    let merges: Vec<_> = (1..n - 1).map(|m| weight(Strategy::Merge(m))).collect();
+                    let possible = weights.iter().chain(&merges).any(|w| *w > 0.0);
+                    let sum: f32 = weights.iter().chain(&merges).sum();
+                    assert!(!possible || (sum - 1.0).abs() < 1e-5, "{weights:?} {merges:?}");
+                    if techniques == FIRST {
+                        // One way alone, and only one vertex is no delta and sees the eye over deltas.
+                        assert_eq!(merges.iter().filter(|w| **w > 0.0).count(), usize::from(n > 2));
+                        assert!(n == 2 || merges[if n == 4 { 0 } else { n - 3 }] == 1.0, "{merges:?}");
+                        continue;
+                    }
+                    assert_eq!(merges.iter().any(|w| *w > 0.0), techniques == ALL && n > 2);
                     assert_eq!(weights[0] > 0.0, is_hittable);
                     assert_eq!(weights[n] > 0.0, lens_is_hittable && (is_hittable || n > 2));
                 }
@@ -141,12 +262,43 @@ mod tests {
         }
     }
 
+    /// Merging at m is like joining m + 1 vertices from the light with the eye's own way to the last of them.
+    #[test]
+    fn merging_weighs_by_the_densities_of_both_walks() {
+        let link = |a: f32, b: f32, merge: f32| Link { from_light: a, from_eye: b, is_delta: false, merge };
+        let path = [link(0.0, 2.0, 0.0), link(3.0, 5.0, 0.01), link(7.0, 11.0, 0.02), link(13.0, 17.0, 0.0)];
+        let end = LightEnd { emit: 0.5, direct: 0.25, is_hittable: true };
+        let heuristic = Heuristic::Balance;
+        let weighting = Weighting { heuristic, techniques: ALL, lens_is_hittable: false, light_share: 1.0 };
+        let joins = [
+            2.0 * 5.0 * 11.0 * 17.0,
+            0.25 * 5.0 * 11.0 * 17.0,
+            0.5 * 3.0 * 11.0 * 17.0,
+            0.5 * 3.0 * 7.0 * 17.0,
+        ];
+        let merges = [0.5 * 3.0 * 5.0 * 11.0 * 17.0 * 0.01, 0.5 * 3.0 * 7.0 * 11.0 * 17.0 * 0.02];
+        let sum: f32 = joins.iter().sum::<f32>() + merges.iter().sum::<f32>();
+        for (s, p) in joins.iter().enumerate() {
+            let own = weighting.weight(&path, &end, Strategy::Join(s));
+            assert!((own - p / sum).abs() < 1e-6, "join {s}");
+        }
+        for (i, p) in merges.iter().enumerate() {
+            let own = weighting.weight(&path, &end, Strategy::Merge(i + 1));
+            assert!((own - p / sum).abs() < 1e-6, "merge {}", i + 1);
+        }
+    }
+
     #[test]
     fn the_balance_heuristic_is_in_proportion_to_the_densities() {
-        let link = |a: f32, b: f32| Link { from_light: a, from_eye: b, is_delta: false };
+        let link = |a: f32, b: f32| Link { from_light: a, from_eye: b, is_delta: false, merge: 0.0 };
         let path = [link(0.0, 2.0), link(3.0, 5.0), link(7.0, 11.0), link(13.0, 17.0)];
         let end = LightEnd { emit: 0.5, direct: 0.25, is_hittable: true };
-        let weighting = Weighting { heuristic: Heuristic::Balance, lens_is_hittable: true, light_share: 0.1 };
+        let weighting = Weighting {
+            heuristic: Heuristic::Balance,
+            techniques: Techniques::BIDIRECTIONAL,
+            lens_is_hittable: true,
+            light_share: 0.1,
+        };
         let densities = [
             2.0 * 5.0 * 11.0 * 17.0,
             0.25 * 5.0 * 11.0 * 17.0,
@@ -156,7 +308,7 @@ mod tests {
         ];
         let sum: f32 = densities.iter().sum();
         for (s, p) in densities.iter().enumerate() {
-            assert!((weighting.weight(&path, &end, s) - p / sum).abs() < 1e-6, "{s}");
+            assert!((weighting.weight(&path, &end, Strategy::Join(s)) - p / sum).abs() < 1e-6, "{s}");
         }
     }
 }

@@ -5,7 +5,7 @@ use sampling::{Pdf, Sampler};
 use scene::{CameraConnection, LightContext, LightId, LightSample, Scene, segment};
 use spectrum::{Spectrum, Wavelengths};
 
-use super::{Leaving, Place, Start, Vertex};
+use super::{Leaving, Place, Shared, Start, Vertex};
 use crate::Counters;
 
 /// A walk's start at the eye.
@@ -17,11 +17,20 @@ pub(crate) struct CameraStart {
 }
 
 impl CameraStart {
-    /// A camera ray through `raster`.
-    pub(crate) fn sample(scene: &Scene, raster: [f32; 2], sampler: &mut Sampler) -> Option<Self> {
+    /// A camera ray through `raster`, at a moment that is shared or its own.
+    pub(crate) fn sample(
+        scene: &Scene,
+        raster: [f32; 2],
+        shared: Option<Shared>,
+        sampler: &mut Sampler,
+    ) -> Option<Self> {
         let camera = &scene.camera;
         let u_lens = if camera.has_lens() { sampler.next_2d() } else { [0.5; 2] };
-        let u_time = if camera.has_shutter() { sampler.next_1d() } else { 0.0 };
+        let u_time = match shared {
+            Some(shared) => shared.u_time,
+            None if camera.has_shutter() => sampler.next_1d(),
+            None => 0.0,
+        };
         let sample = camera.generate_ray(raster, u_lens, u_time)?;
         let (position, leaving) = camera_densities(scene, &sample.ray);
         let start = Start {

@@ -5,7 +5,6 @@ mod direct;
 mod directions;
 mod ends;
 mod neighbours;
-#[allow(dead_code, reason = "vcm, which comes next, reads the densities")]
 mod photons;
 mod pixel_loop;
 mod roulette;

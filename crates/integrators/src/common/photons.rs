@@ -315,6 +315,11 @@ impl PhotonMap {
         });
     }
 
+    /// Every photon within `radius`, into `found`, which keeps what it has.
+    pub(crate) fn near(&self, center: Point, radius: f32, found: &mut Vec<Near>) {
+        self.tree.within(center, radius, |near| found.push(near));
+    }
+
     /// The `k` nearest photons within `radius`; see [`Neighbours::nearest`].
     pub(crate) fn nearest(&self, center: Point, k: usize, radius: f32, found: &mut BinaryHeap<Near>) {
         self.tree.nearest(center, k, radius, found);

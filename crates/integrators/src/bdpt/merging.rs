@@ -1,0 +1,125 @@
+//! Vertex merging [Georgiev2012]: photons of the pass's own light paths, gathered at the surfaces of the eye's walks and
+//! weighed against all other ways of making the same path.
+//!
+//! A photon may be seen from many eye walks, so that all paths of a pass have the same wavelengths and moment. Departs
+//! from the paper: the weight is had from all densities of the path and not from three running sums, so that it is the
+//! one of `bdpt`; and light paths that are connected and photons are drawn apart, which saves their surfaces' memory.
+
+use math::Point;
+use sampling::Sampler;
+use scatter::TransportMode;
+use scene::Scene;
+
+use super::strategies::{Contribution, Joint};
+use super::weight::{LightEnd, Link, Strategy};
+use crate::common::{Emission, Kernel, Near, PhotonMap, Photons, Radius, Roulette, Shared};
+use crate::{Counters, PassContext, Prepared};
+
+/// What is merged with: photons of the pass.
+pub(crate) struct Merging {
+    pub(crate) sampler: Sampler,
+    pub(crate) seed: u64,
+    /// Light paths of a pass.
+    pub(crate) n_photons: u64,
+    /// Most vertices of one.
+    pub(crate) limit: usize,
+    pub(crate) roulette: Roulette,
+    /// In bytes.
+    pub(crate) budget: u64,
+    pub(crate) radius: Radius,
+    pub(crate) kernel: Kernel,
+    /// Of the pass.
+    pub(crate) shared: Shared,
+    pub(crate) map: PhotonMap,
+}
+
+/// A photon's contribution, and whether it has its hero wavelength alone.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Merged {
+    pub(crate) contribution: Contribution,
+    pub(crate) is_terminated: bool,
+}
+
+impl Merging {
+    /// Makes the map of a pass.
+    pub(crate) fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
+        self.shared = Shared::of_pass(ctx.scene, self.seed, ctx.pass);
+        self.radius = self.radius.for_pass(ctx.pass);
+        self.map = PhotonMap::default();
+        let emission = Emission {
+            scene: ctx.scene,
+            sampler: &self.sampler,
+            pass: ctx.pass,
+            stream: 0,
+            shared: self.shared,
+            n_paths: self.n_photons,
+            limit: self.limit,
+            roulette: self.roulette,
+            budget: self.budget,
+        };
+        let emitted = emission.run::<Photons>();
+        self.map = PhotonMap::new(emitted.kept, emitted.n_paths, |photon| photon.is_connectible());
+        let counters: Counters = emitted.counters;
+        Prepared { counters, warning: emitted.warning }
+    }
+
+    /// N π r² at a place; see [`Link`].
+    pub(crate) fn expected(&self, scene: &Scene, p: Point, time: f32) -> f32 {
+        let radius = self.radius.at(scene, p, time);
+        self.map.n_paths as f32 * std::f32::consts::PI * radius * radius
+    }
+}
+
+impl Joint<'_> {
+    /// Photons around surface number `i` of the eye's walk, into `near`, which is emptied first.
+    pub(crate) fn find_photons(&self, merging: &Merging, i: usize, near: &mut Vec<Near>) {
+        near.clear();
+        let Some(z) = self.paths.eye.vertices.get(i).filter(|v| v.is_connectible()) else { return };
+        let radius = merging.radius.at(self.scene, z.p(), z.time());
+        merging.map.near(z.p(), radius, near);
+    }
+
+    /// A photon near surface number `i` of the eye's walk; `None` if it adds nothing.
+    pub(crate) fn merge(&mut self, merging: &Merging, i: usize, near: Near, depth: usize) -> Option<Merged> {
+        let photons = &merging.map.photons;
+        let photon = &photons.vertices[near.index as usize];
+        // Events before, here and after.
+        let m = photon.depth() as usize + 1;
+        if m + i > depth {
+            return None;
+        }
+        let z = *self.paths.eye.vertices.get(i)?;
+        let radius = merging.radius.at(self.scene, z.p(), z.time());
+        let share = merging.kernel.at(near.distance_squared, radius) / merging.map.n_paths as f32;
+        let value = z.throughput * z.gather(photon.wi) * photon.power() * share;
+        if value.is_black() || !value.is_finite() {
+            return None;
+        }
+
+        let origin = &photons.paths[photon.path as usize];
+        let end = LightEnd { emit: origin.emit, direct: origin.direct, is_hittable: origin.is_hittable };
+        let before = &photons.vertices[origin.first as usize..][..m - 1];
+        let before_z = self.eye_place(i);
+        let first = Link { from_eye: origin.reverse, ..Link::default() };
+        let scene = self.scene;
+        let of_light = before.iter().map(|v| Link {
+            from_light: v.forward,
+            from_eye: v.reverse,
+            is_delta: v.is_delta(),
+            merge: if v.is_connectible() { merging.expected(scene, v.p, z.time()) } else { 0.0 },
+        });
+        let weighting = self.weighting;
+        let links = self.gather_merged(std::iter::once(first).chain(of_light), i + 2);
+        links[m].from_light = photon.forward;
+        links[m].is_delta = false;
+        let on = z.leaving(photon.wi, z.wo(), TransportMode::Importance);
+        links[m + 1].from_light = before_z.map_or(0.0, |p| on.density_at(&p));
+        let back = z.leaving(z.wo(), photon.wi, TransportMode::Radiance);
+        let place = before.last().map_or(origin.place, |v| v.place());
+        links[m - 1].from_eye = back.density_at(&place);
+
+        let weight = weighting.weight(links, &end, Strategy::Merge(m));
+        let contribution = Contribution { unweighted: value, weighted: value * weight, splat: None };
+        Some(Merged { contribution, is_terminated: photon.is_terminated() })
+    }
+}
