@@ -16,6 +16,19 @@ const BDPT: Way<'_> = Way { integrator: "bdpt", settings: &[NONE] };
 const BALANCE: Way<'_> = Way { integrator: "bdpt", settings: &[NONE, ("heuristic", "balance")] };
 const MLT: Way<'_> = Way { integrator: "mlt", settings: &[NONE, ("bootstrap", "256"), ("mutations", "288")] };
 const PATH: Way<'_> = Way { integrator: "path", settings: &[NONE] };
+/// Photons within a radius so small that its bias is far below the noise.
+const SMALL: (&str, &str) = ("radius", "0.02");
+const PHOTON: Way<'_> = Way {
+    integrator: "photon",
+    settings: &[NONE, SMALL, ("nearest", "0"), ("gather_rays", "2"), ("photons", "2000")],
+};
+const SPPM: Way<'_> = Way { integrator: "sppm", settings: &[NONE, SMALL, ("photons", "6000")] };
+const SPPM_RAW: Way<'_> =
+    Way { integrator: "sppm", settings: &[NONE, SMALL, ("direct", "photons"), ("photons", "6000")] };
+const VCM: Way<'_> = Way { integrator: "vcm", settings: &[NONE, SMALL, ("photons", "6000")] };
+const VCM_LIGHT: Way<'_> = Way { integrator: "vcm", settings: &[NONE, ("mode", "light")] };
+const BPM: Way<'_> =
+    Way { integrator: "vcm", settings: &[NONE, SMALL, ("mode", "bpm"), ("photons", "6000")] };
 const RECURSIVE: Way<'_> = Way { integrator: "recursive", settings: &[NONE, ("branching", "1")] };
 
 fn diffuse(rho: f64) -> String {
@@ -104,7 +117,7 @@ fn furnaces_and_the_integrating_sphere() {
         ("integrating sphere, rest", &half, [0.6, 0.0, -0.8], 0.5),
     ] {
         let scene = Eye { window: 0.5, ..Eye::at([0.0; 3], to, 32) }.scene(world);
-        for way in [LIGHT, BDPT, MLT] {
+        for way in [LIGHT, BDPT, MLT, VCM_LIGHT, PHOTON, SPPM, VCM, BPM] {
             let found = replicates(&way, &scene, 2, 0..32);
             family.mean(format!("{name}, {}", way.name()), &found[1], truth);
         }
@@ -187,7 +200,7 @@ fn irradiance_by_light_paths() {
     for (name, lamp, e) in lamps() {
         let scene = Eye { window: 1.0, ..Eye::on_floor(48) }.scene(&format!("{floor}{lamp}\n"));
         let e = window_mean(1.0, e);
-        for way in [LIGHT, BDPT, MLT] {
+        for way in [LIGHT, BDPT, MLT, SPPM_RAW, VCM] {
             let found = replicates(&way, &scene, 2, 0..32);
             family.mean_within(format!("{name}, {}", way.name()), &found[1], 0.5 * e / PI, 1e-4);
         }
@@ -196,6 +209,27 @@ fn irradiance_by_light_paths() {
 }
 
 const SUN: &str = "LightSource \"distant\" \"rgb L\" [1 1 1] \"point3 from\" [0 0 1] \"point3 to\" [0 0 0]\n";
+
+/// Methods that find caustics of distant light, without roulette, since what is dark is looked at.
+const CAUSTICS: [Way<'_>; 5] = [
+    Way { integrator: "light", settings: &[NONE, KEEP] },
+    Way { integrator: "bdpt", settings: &[NONE, KEEP] },
+    Way {
+        integrator: "photon",
+        settings: &[
+            NONE,
+            KEEP,
+            ("radius", "0.01"),
+            ("nearest", "0"),
+            ("gather_rays", "1"),
+            ("photons", "1000"),
+            ("caustic_photons", "12000"),
+        ],
+    },
+    Way { integrator: "sppm", settings: &[NONE, KEEP, ("radius", "0.01"), ("photons", "12000")] },
+    Way { integrator: "vcm", settings: &[NONE, KEEP, ("radius", "0.01"), ("photons", "12000")] },
+];
+const KEEP: (&str, &str) = ("rr_depth", "100");
 
 /// So dark that what returns from the glass to the floor is below 10⁻³ of what came.
 const DARK: f64 = 0.002;
@@ -217,10 +251,7 @@ fn a_slab_of_glass_in_the_sun() {
     let scene = Eye { window: 0.4, ..Eye::at([0.0, 0.0, 0.4], [0.0; 3], 64) }
         .scene(&format!("{SUN}{}{slab}", floor(1.0)));
     let mut family = Family::default();
-    for way in [
-        Way { integrator: "light", settings: &[NONE, ("rr_depth", "100")] },
-        Way { integrator: "bdpt", settings: &[NONE, ("rr_depth", "100")] },
-    ] {
+    for way in CAUSTICS {
         let found = replicates(&way, &scene, 2, 0..32);
         family.mean_within(format!("slab, {}", way.name()), &found[1], DARK / PI * 0.923_076_9, 1e-3);
     }
@@ -259,10 +290,7 @@ fn the_caustic_of_a_ball_lens() {
     {
         let scene = Eye { window, ..Eye::at([0.0, 0.0, 0.8], [0.0; 3], side) }
             .scene(&format!("{SUN}{}{ball}", floor(0.6)));
-        for way in [
-            Way { integrator: "light", settings: &[NONE, ("rr_depth", "100")] },
-            Way { integrator: "bdpt", settings: &[NONE, ("rr_depth", "100")] },
-        ] {
+        for way in CAUSTICS {
             for (radius, truth) in radii {
                 let pixels = radius / window * f64::from(side);
                 let found = disk_mean(&way, &scene, side, pixels);
