@@ -18,7 +18,9 @@ use integrators::Counters;
 use render::{Cancel, Job, Method, SceneOptions, Stop, Workers};
 use scene::Scene;
 use scene_desc::Sink;
-use testkit::statistics::{Moments, TestResult, normal_two_sided_quantile, sidak, t_test, variance_test};
+use testkit::statistics::{
+    Moments, TestResult, normal_two_sided_quantile, sidak, t_test, variance_test, welch_test,
+};
 
 /// Chance that a family fails although all its hypotheses hold. Seeds are fixed: it fails always or never.
 pub const SIGNIFICANCE: f64 = 1e-3;
@@ -219,6 +221,11 @@ impl Family {
         let result =
             if exact.statistic.abs() < t.abs() { exact } else { TestResult { statistic: t, p_value } };
         self.checks.push((name.into(), found.mean(), truth, result));
+    }
+
+    /// Are both means the same?
+    pub fn same(&mut self, name: impl Into<String>, a: &Moments, b: &Moments) {
+        self.checks.push((name.into(), a.mean(), b.mean(), welch_test(a, b)));
     }
 
     /// Is the mean the `truth`, up to single precision?

@@ -64,7 +64,8 @@ impl Strand {
         }
         LocalSurface {
             p,
-            p_error: Vec3::splat(width * 0.01) + p.0.abs() * math::error_bound::gamma(5),
+            // Strips turn to every ray: a ray that leaves must clear the strand, not the strip that was met (pbrt-v4).
+            p_error: Vec3::splat(width) + p.0.abs() * math::error_bound::gamma(5),
             ng,
             ns: ng,
             tangent: dpdu,
