@@ -27,7 +27,7 @@ use crate::bdpt::{Joint, Subpaths, Walks, Weighting, weighting};
 use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_nothing};
+use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
 
 /// For the registry.
@@ -36,7 +36,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "chains that stay where the light is: light that is hard to find, such as through a door ajar",
     misses: "what bdpt misses; where light is easy its noise is blotchy and fades more slowly",
     unbiased: true,
-    refuses: refuses_nothing,
+    refuses: refuses_turning_strands,
     parameters,
     make,
 };

@@ -43,6 +43,14 @@ pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
     None
 }
 
+/// For integrators whose walks from the lights are joined to the eye's.
+pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
+    scene.has_turning_strands().then_some(
+        "it does not render flat and cylindrical curves, which turn to every ray and so are other surfaces to light than \
+         to the eye; path does, and ribbons are rendered by all",
+    )
+}
+
 /// For integrators that know surfaces alone.
 pub(crate) fn refuses_media(scene: &Scene) -> Option<&'static str> {
     scene.has_media().then_some("it does not render participating media; path, light, bdpt and mlt do")

@@ -160,3 +160,20 @@ phase_laws! {
     backward: HenyeyGreenstein::new(-0.4);
     rayleigh: Rayleigh;
 }
+
+/// A kind without laws is no kind: every member of the closed set stands on a line above, by its constructor.
+#[test]
+fn every_kind_has_its_laws() {
+    let text = include_str!("laws.rs");
+    let laws = text.split("bsdf_laws! {").nth(1).unwrap();
+    let helpers = text.split("bsdf_laws! {").next().unwrap();
+    for name in Bsdf::NAMES {
+        // In a line of its own, or by a helper that makes it.
+        let made = format!("-> {name} {{");
+        let by_helper = helpers.split("fn ").skip(1).filter(|f| f.contains(&made)).any(|f| {
+            let helper = f.split('(').next().unwrap_or_default();
+            laws.contains(&format!(": {helper}("))
+        });
+        assert!(laws.contains(&format!(": {name}::")) || by_helper, "{name} has no laws");
+    }
+}

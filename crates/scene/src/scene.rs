@@ -9,7 +9,7 @@ use crate::light_select::LightSelector;
 use crate::lights::{LightSample, Lights};
 use crate::materials::{Gaps, Materials, Shading};
 use crate::media::Media;
-use crate::shapes::{LocalSurface, Shape};
+use crate::shapes::{LocalSurface, Shape, ShapeGeometry};
 use crate::textures::Textures;
 use crate::{Footprint, LightContext, LightId, MediumId, ShapeId, SurfaceInteraction, TextureContext};
 
@@ -134,6 +134,15 @@ impl Scene {
     #[must_use]
     pub fn has_moving_shapes(&self) -> bool {
         self.instances.iter().any(|i| i.world_from_object.is_animated())
+    }
+
+    /// Are there strands that turn to every ray, so that light meets another surface than the eye?
+    #[must_use]
+    pub fn has_turning_strands(&self) -> bool {
+        self.shapes.iter().any(|s| match &s.geometry {
+            ShapeGeometry::Strand(strand) => strand.kind != scene_desc::CurveKind::Ribbon,
+            ShapeGeometry::Mesh(_) | ShapeGeometry::Patches(_) | ShapeGeometry::Quadric(_) => false,
+        })
     }
 
     /// The nearest surface along a ray.
