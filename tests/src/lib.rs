@@ -8,6 +8,8 @@
 //! A test collects its checks in a [`Family`], whose significance is shared by the rule of [Sidak1967].
 #![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
+pub mod worlds;
+
 use std::fmt::Write;
 use std::num::NonZero;
 use std::ops::Range;

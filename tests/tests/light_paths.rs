@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 
 use scene::Scene;
+use steradian_tests::worlds::{corner_irradiance as corner, radiosity_box};
 use steradian_tests::{Eye, Family, Way, replicates};
 use testkit::statistics::Moments;
 
@@ -33,33 +34,6 @@ const RECURSIVE: Way<'_> = Way { integrator: "recursive", settings: &[NONE, ("br
 
 fn diffuse(rho: f64) -> String {
     format!("Material \"diffuse\" \"rgb reflectance\" [{rho} {rho} {rho}]\n")
-}
-
-/// The unit cube, its ceiling with a hole for a lamp of half the side.
-fn radiosity_box(white: &str, left: &str, right: &str) -> String {
-    let wall = |rho: &str, p: &str| {
-        format!(
-            "Material \"diffuse\" \"rgb reflectance\" [{rho}]\n\
-             Shape \"trianglemesh\" \"integer indices\" [0 1 2  0 2 3] \"point3 P\" [{p}]\n"
-        )
-    };
-    [
-        (white, "0 0 0 1 0 0 1 1 0 0 1 0"),
-        (white, "0 0 0 1 0 0 1 0 1 0 0 1"),
-        (white, "0 1 0 1 1 0 1 1 1 0 1 1"),
-        (left, "0 0 0 0 1 0 0 1 1 0 0 1"),
-        (right, "1 0 0 1 1 0 1 1 1 1 0 1"),
-        (white, "0 0 1 1 0 1 1 .25 1 0 .25 1"),
-        (white, "0 .75 1 1 .75 1 1 1 1 0 1 1"),
-        (white, "0 .25 1 .25 .25 1 .25 .75 1 0 .75 1"),
-        (white, "0.75 .25 1 1 .25 1 1 .75 1 0.75 .75 1"),
-    ]
-    .iter()
-    .map(|(rho, p)| wall(rho, p))
-    .collect::<String>()
-        // One-sided: down. (Light paths would be lost above.)
-        + "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n"
-        + &wall("0 0 0", "0.25 0.25 1 0.25 0.75 1 0.75 0.75 1 0.75 0.25 1")
 }
 
 /// The mean radiance of floor, ceiling (without the lamp), and side walls, seen whole.
@@ -130,12 +104,6 @@ fn window_mean(w: f64, e: impl Fn(f64, f64) -> f64) -> f64 {
     const N: u32 = 64;
     let at = |i: u32| w * ((f64::from(i) + 0.5) / f64::from(N) - 0.5);
     (0..N * N).map(|i| e(at(i % N), at(i / N))).sum::<f64>() / f64::from(N * N)
-}
-
-/// Irradiance below the rectangle [0, a] × [0, b] at height 1, odd in a and b.
-fn corner(a: f64, b: f64) -> f64 {
-    let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * libm::atan(b / (1.0 + a * a).sqrt());
-    0.5 * (part(a, b) + part(b, a))
 }
 
 /// A name, a world, and E at a place of its floor.

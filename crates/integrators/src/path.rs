@@ -11,7 +11,7 @@
 
 use math::Ray;
 use sampling::{Pdf, Sampler, SolidAngle};
-use scatter::{Bsdf, TransportMode};
+use scatter::TransportMode;
 use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 

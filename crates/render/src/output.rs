@@ -47,7 +47,16 @@ pub fn picture(film: &Film, developed: &Developed) -> Result<Image, image::Image
         ("steradian.dropped_samples", film.bad_samples().count().to_string()),
     ];
     picture.metadata.extend(notes.map(|(k, v)| (k.to_owned(), MetaValue::Text(v))));
+    if let Some(note) = note_on_variance(&key.integrator) {
+        picture.metadata.insert("steradian.variance".to_owned(), MetaValue::Text(note));
+    }
     Ok(picture)
+}
+
+/// What the variance of a biased integrator does not tell.
+fn note_on_variance(integrator: &str) -> Option<String> {
+    let info = integrators::find(integrator).ok().filter(|info| !info.unbiased)?;
+    Some(format!("of noise between passes alone, not of the bias of {integrator}: it misses {}", info.misses))
 }
 
 /// Writes a picture in the format of its ending, whole or not at all. `exposure` in stops is for formats of eight bits.
@@ -88,5 +97,18 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     match fs::OpenOptions::new().write(true).create_new(true).open(&probe) {
         Ok(_) => fs::remove_file(&probe).or_else(|e| refuse(e.to_string())),
         Err(e) => refuse(format!("the folder {} does not take files: {e}", folder.display())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_of_a_biased_integrator_has_a_note() {
+        let note = note_on_variance("irradiance-cache").unwrap();
+        assert!(note.contains("bias") && note.contains("interpolation error"), "{note}");
+        assert_eq!(note_on_variance("path"), None);
+        assert_eq!(note_on_variance("no such"), None);
     }
 }

@@ -45,7 +45,7 @@ pub(super) struct Irradiance {
 }
 
 impl Strata {
-    /// About `n` of them, about as wide as they are high: n_φ ≈ π n_θ.
+    /// About `n` of them, about as wide as they are high: π times as many around as from pole to horizon.
     pub(super) fn new(n: u32) -> Self {
         let n_theta = ((n as f32 / PI).sqrt().round() as usize).max(2);
         let n_phi = ((n as f32 / n_theta as f32).round() as usize).max(4);
