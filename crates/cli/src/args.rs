@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Lab(LabArgs),
     /// Say which integrator reaches an error soonest on a scene, by short pilots
     Advise(Box<AdviseArgs>),
+    /// Write any scene as pbrt-v4, with meshes and images in a folder beside it
+    Convert(ConvertArgs),
     /// Measure rays and paths per second on this machine
     Bench(BenchArgs),
     /// Walk one path again
@@ -45,7 +47,7 @@ pub(crate) enum Command {
 /// What decides which scene is compiled.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene file (.pbrt, .pbrt.gz)
+    /// The scene file (.pbrt, .pbrt.gz, or Mitsuba's .xml)
     pub(crate) scene: PathBuf,
     /// Width and height in pixels, instead of the file's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
@@ -151,6 +153,20 @@ pub(crate) struct InfoArgs {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// The scene file (.pbrt, .pbrt.gz, .xml)
+    pub(crate) scene: PathBuf,
+    /// The pbrt-v4 file to write (.pbrt)
+    pub(crate) output: PathBuf,
+    /// Make every warning an error: what pbrt-v4 cannot say is then not written
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Give a $parameter of the scene file a value
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = key_value)]
+    pub(crate) define: Vec<(String, String)>,
 }
 
 #[derive(Debug, Args)]

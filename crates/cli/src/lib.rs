@@ -4,6 +4,7 @@ mod advise;
 mod args;
 mod bench;
 mod compare;
+mod convert;
 mod diff;
 mod exit;
 mod info;
@@ -48,6 +49,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>
         Command::Compare(args) => compare::run(args),
         Command::Lab(args) => lab_command::run(args),
         Command::Advise(args) => advise::run(args),
+        Command::Convert(args) => convert::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Replay(args) => replay::run(args),
     };

@@ -1,4 +1,4 @@
-//! Readers of scene files: from bytes on disk to a [`scene_desc::SceneDesc`].
+//! Readers of scene files: from bytes on disk to a [`scene_desc::SceneDesc`], and a writer of pbrt-v4.
 //!
 //! | format  | where    | state                                   |
 //! |---------|----------|-----------------------------------------|
@@ -19,5 +19,7 @@ mod report;
 mod resources;
 mod source;
 mod suggest;
+mod write;
 
 pub use load::{load, load_with};
+pub use write::{WriteError, write_pbrt};

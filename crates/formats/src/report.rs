@@ -79,6 +79,10 @@ impl<'s> Report<'s> {
         self.errors > 0
     }
 
+    pub(crate) fn has_warnings(&self) -> bool {
+        self.warnings > 0
+    }
+
     /// Nothing more shall be read.
     pub(crate) fn give_up(&mut self) {
         self.gave_up = true;
