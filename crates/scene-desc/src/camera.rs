@@ -78,6 +78,9 @@ pub enum SphericalMapping {
     EqualArea,
     /// Longitude and latitude.
     EquiRectangular,
+    /// Longitude and latitude of an image whose first and last rows lie on the poles (Mitsuba's); for cameras, which have no
+    /// rows, the same as [`SphericalMapping::EquiRectangular`].
+    EquiRectangularPoles,
 }
 
 impl Default for CameraDesc {

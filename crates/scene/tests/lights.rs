@@ -87,7 +87,7 @@ fn uneven() -> Transform {
 fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
     let (from, to) = (Vec3::new(0.3, 0.2, 0.4), Vec3::new(-0.2, 0.1, -0.9));
     let image = |mapping| LightKind::InfiniteImage {
-        image: ImageId(u32::from(mapping == SphericalMapping::EquiRectangular)),
+        image: ImageId(u32::from(mapping != SphericalMapping::EqualArea)),
         mapping,
         scale: 0.7,
         illuminance: None,
@@ -141,6 +141,7 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
         ("equal-area image", light(image(SphericalMapping::EqualArea), turned())),
         ("equal-area image, uneven scale", light(image(SphericalMapping::EqualArea), uneven())),
         ("longitude and latitude", light(image(SphericalMapping::EquiRectangular), turned())),
+        ("rows on poles, with image", light(image(SphericalMapping::EquiRectangularPoles), turned())),
     ]
 }
 

@@ -144,7 +144,7 @@ impl<'t> Build<'t, '_, '_> {
             DVec4::new(-1.0, 0.0, 0.0, 0.0),
             DVec4::W,
         );
-        let mapping = SphericalMapping::EquiRectangular;
+        let mapping = SphericalMapping::EquiRectangularPoles;
         let kind = LightKind::InfiniteImage { image, mapping, scale, illuminance: None, portal: None };
         Transform::from_matrix(rows).map(|t| (kind, to_world * t.inverse()))
     }

@@ -176,6 +176,8 @@ impl<'t> Build<'t, '_, '_> {
             "checkerboard" => {
                 let a = self.operand(node, "color0", kind, 0.4);
                 let b = self.operand(node, "color1", kind, 0.2);
+                // Mitsuba's squares of numbers lie where its squares of colours have their gaps.
+                let (a, b) = if kind == TextureKind::Float { (b, a) } else { (a, b) };
                 // Their squares are half a unit wide.
                 let mapping = Some(self.to_uv(node).from_upwards().scaled(2.0).mapping());
                 let texture_from_world = math::Transform::IDENTITY;

@@ -1,7 +1,7 @@
 //! Images: copied as they are, or turned into pbrt's equal-area maps.
 
 use math::{Vec3, trig};
-use scene_desc::{ImageEncoding, ImageId, Span};
+use scene_desc::{ImageEncoding, ImageId, Span, SphericalMapping};
 
 use super::params::Params;
 use super::{WriteError, Writer};
@@ -44,7 +44,12 @@ impl Writer<'_, '_, '_> {
     }
 
     /// A map of longitude and latitude as an equal-area one, made once.
-    pub(super) fn equal_area(&mut self, id: ImageId, span: Span) -> Result<String, WriteError> {
+    pub(super) fn equal_area(
+        &mut self,
+        id: ImageId,
+        mapping: SphericalMapping,
+        span: Span,
+    ) -> Result<String, WriteError> {
         if let Some(name) = self.images.get(&(id, true)) {
             return Ok(name.clone());
         }
@@ -61,7 +66,7 @@ impl Writer<'_, '_, '_> {
                 let at =
                     |pixel: usize, k: usize| (pixel as f32 + (k as f32 + 0.5) / SAMPLES as f32) / side as f32;
                 let uv = [at(i % side, k % SAMPLES), at(i / side, k / SAMPLES)];
-                let value = around(&source, sampling::warp::equal_area_sphere(uv).0);
+                let value = around(&source, sampling::warp::equal_area_sphere(uv).0, mapping);
                 (0..3).for_each(|c| sum[c] += value[c]);
             }
             data.extend(sum.map(|s| s / (SAMPLES * SAMPLES) as f32));
@@ -75,13 +80,17 @@ impl Writer<'_, '_, '_> {
 }
 
 /// The value in a direction of a map of longitude (from x towards y) and latitude (from z), between pixels.
-fn around(map: &image::PixelBuffer, w: Vec3) -> [f32; 3] {
+fn around(map: &image::PixelBuffer, w: Vec3, mapping: SphericalMapping) -> [f32; 3] {
     use std::f32::consts::{PI, TAU};
     let (width, height) = (map.width(), map.height());
     let phi = trig::atan2(w.y, w.x);
     let phi = if phi < 0.0 { phi + TAU } else { phi };
     let x = phi / TAU * width as f32 - 0.5;
-    let y = trig::safe_acos(w.z) / PI * height as f32 - 0.5;
+    let v = trig::safe_acos(w.z) / PI;
+    let y = match mapping {
+        SphericalMapping::EquiRectangularPoles => v * (height - 1) as f32,
+        SphericalMapping::EquiRectangular | SphericalMapping::EqualArea => v * height as f32 - 0.5,
+    };
     let (i, j) = (x.floor(), y.floor());
     let column = |k: i64| k.rem_euclid(width as i64) as usize;
     let row = |k: i64| k.clamp(0, height as i64 - 1) as usize;

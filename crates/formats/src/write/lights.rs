@@ -66,7 +66,9 @@ impl Writer<'_, '_, '_> {
             LightKind::InfiniteImage { image, mapping, scale, illuminance, portal } => {
                 let name = match mapping {
                     SphericalMapping::EqualArea => self.image(*image)?,
-                    SphericalMapping::EquiRectangular => self.equal_area(*image, span)?,
+                    SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+                        self.equal_area(*image, *mapping, span)?
+                    }
                 };
                 p.string("filename", &name);
                 p.float_unless("scale", *scale, 1.0);

@@ -160,7 +160,9 @@ impl Writer<'_, '_, '_> {
                     "mapping",
                     match mapping {
                         SphericalMapping::EqualArea => "equalarea",
-                        SphericalMapping::EquiRectangular => "equirectangular",
+                        SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+                            "equirectangular"
+                        }
                     },
                 );
                 "spherical"

@@ -134,7 +134,9 @@ fn spherical(camera: &Camera, mapping: SphericalMapping, d: Vec3) -> ([f32; 2], 
     let pdf = match mapping {
         SphericalMapping::EqualArea => 0.25 * FRAC_1_PI,
         // du dv = dφ dθ / 2π² and dω = sin θ dθ dφ; y is up, so that sin² θ = x² + z².
-        SphericalMapping::EquiRectangular => 0.5 / (PI * PI * (d.x * d.x + d.z * d.z).sqrt().max(1e-6)),
+        SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+            0.5 / (PI * PI * (d.x * d.x + d.z * d.z).sqrt().max(1e-6))
+        }
     };
     ([(uv[0] * size[0]).min(size[0].next_down()), (uv[1] * size[1]).min(size[1].next_down())], pdf)
 }

@@ -356,7 +356,7 @@ fn screen_window(desc: &CameraDesc, resolution: [u32; 2]) -> Option<[f32; 4]> {
 fn spherical_direction(mapping: SphericalMapping, uv: [f32; 2]) -> Vec3 {
     let d = match mapping {
         SphericalMapping::EqualArea => warp::equal_area_sphere(wrap_square(uv)).0,
-        SphericalMapping::EquiRectangular => {
+        SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
             let (sin_theta, cos_theta) = trig::sin_cos(std::f32::consts::PI * uv[1]);
             let (sin_phi, cos_phi) = trig::sin_cos(std::f32::consts::TAU * uv[0]);
             Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
@@ -370,7 +370,7 @@ fn spherical_uv(mapping: SphericalMapping, dir: Vec3) -> [f32; 2] {
     let d = Vec3::new(dir.x, dir.z, dir.y);
     match mapping {
         SphericalMapping::EqualArea => warp::equal_area_sphere_inverse(Dir(d)),
-        SphericalMapping::EquiRectangular => {
+        SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
             let phi = trig::atan2(d.y, d.x) / std::f32::consts::TAU;
             [
                 if phi < 0.0 { phi + 1.0 } else { phi },

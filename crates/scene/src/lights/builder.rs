@@ -165,7 +165,9 @@ impl<'b> Placed<'b> {
                 let factor = illuminance.map_or(1.0, |e| e / upper_illuminance(&image));
                 let lookup = match mapping {
                     SphericalMapping::EqualArea => Lookup::Nearest,
-                    SphericalMapping::EquiRectangular => Lookup::BilinearRound,
+                    SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+                        Lookup::BilinearRound
+                    }
                 };
                 let emission = ImageEmission::new(image, scale * factor, lookup, self.colors);
                 InfiniteImage::new(self.map.linear, emission, *mapping)

@@ -43,6 +43,12 @@ impl InfiniteImage {
     ) -> Option<Self> {
         let image = emission.image();
         let [width, height] = image.size();
+        // One row has no poles.
+        let mapping = if height < 2 && mapping == SphericalMapping::EquiRectangularPoles {
+            SphericalMapping::EquiRectangular
+        } else {
+            mapping
+        };
         let size: Vec<f32> = image.pixels().iter().map(|&rgb| emission.size_of(rgb)).collect();
         let weights: Vec<f32> = (0..width * height)
             .map(|i| {
@@ -78,8 +84,12 @@ impl InfiniteImage {
         let s = self.distribution.sample(u);
         let local = match self.mapping {
             SphericalMapping::EqualArea => warp::equal_area_sphere(s.p),
-            SphericalMapping::EquiRectangular => {
-                let (sin_theta, cos_theta) = trig::sin_cos(PI * s.p[1]);
+            SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+                let v = self.latitude(s.p[1]);
+                if !(0.0..=1.0).contains(&v) {
+                    return None;
+                }
+                let (sin_theta, cos_theta) = trig::sin_cos(PI * v);
                 let (sin_phi, cos_phi) = trig::sin_cos(TAU * s.p[0]);
                 Dir(Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
             }
@@ -107,9 +117,9 @@ impl InfiniteImage {
     fn square_density(&self, local: Dir) -> f32 {
         match self.mapping {
             SphericalMapping::EqualArea => 1.0 / (4.0 * PI),
-            SphericalMapping::EquiRectangular => {
+            SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
                 let v = local.0;
-                1.0 / (2.0 * PI * PI * (v.x * v.x + v.y * v.y).sqrt())
+                self.stretch() / (2.0 * PI * PI * (v.x * v.x + v.y * v.y).sqrt())
             }
         }
     }
@@ -118,12 +128,27 @@ impl InfiniteImage {
         let v = local.0;
         inside(match self.mapping {
             SphericalMapping::EqualArea => warp::equal_area_sphere_inverse(local),
-            SphericalMapping::EquiRectangular => {
+            SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
                 let phi = trig::atan2(v.y, v.x);
                 let phi = if phi < 0.0 { phi + TAU } else { phi };
-                [phi / TAU, trig::atan2((v.x * v.x + v.y * v.y).sqrt(), v.z) / PI]
+                let latitude = trig::atan2((v.x * v.x + v.y * v.y).sqrt(), v.z) / PI;
+                [phi / TAU, (latitude - 0.5) * self.stretch() + 0.5]
             }
         })
+    }
+
+    /// Height of the sphere on the unit square: rows that lie on the poles leave half of them outside.
+    fn stretch(&self) -> f32 {
+        let height = self.emission.image().size()[1] as f32;
+        match self.mapping {
+            SphericalMapping::EquiRectangularPoles => (height - 1.0) / height,
+            SphericalMapping::EquiRectangular | SphericalMapping::EqualArea => 1.0,
+        }
+    }
+
+    /// θ/π of a row of the unit square; outside of [0, 1] there is no sphere.
+    fn latitude(&self, row: f32) -> f32 {
+        (row - 0.5) / self.stretch() + 0.5
     }
 }
 
@@ -132,6 +157,12 @@ fn row_measure(mapping: SphericalMapping, y: usize, height: usize) -> f32 {
     match mapping {
         SphericalMapping::EqualArea => 1.0,
         SphericalMapping::EquiRectangular => trig::sin(PI * (y as f32 + 0.5) / height as f32),
+        // The mean of the sine over the part of the row that is on the sphere: none is zero.
+        SphericalMapping::EquiRectangularPoles => {
+            let n = (height - 1) as f32;
+            let at = |row: f32| trig::cos(PI * (row / n).clamp(0.0, 1.0));
+            (at(y as f32 - 0.5) - at(y as f32 + 0.5)) * n / PI
+        }
     }
 }
 
