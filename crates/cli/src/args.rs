@@ -37,7 +37,7 @@ pub(crate) enum Command {
     /// Say which integrator reaches an error soonest on a scene, by short pilots
     Advise(Box<AdviseArgs>),
     /// Write any scene as pbrt-v4, with meshes and images in a folder beside it
-    Convert(ConvertArgs),
+    Convert(crate::convert::ConvertArgs),
     /// Measure rays and paths per second on this machine
     Bench(BenchArgs),
     /// Walk one path again
@@ -153,20 +153,6 @@ pub(crate) struct InfoArgs {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ConvertArgs {
-    /// The scene file (.pbrt, .pbrt.gz, .xml)
-    pub(crate) scene: PathBuf,
-    /// The pbrt-v4 file to write (.pbrt)
-    pub(crate) output: PathBuf,
-    /// Make every warning an error: what pbrt-v4 cannot say is then not written
-    #[arg(long)]
-    pub(crate) strict: bool,
-    /// Give a $parameter of the scene file a value
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = key_value)]
-    pub(crate) define: Vec<(String, String)>,
 }
 
 #[derive(Debug, Args)]
@@ -377,7 +363,7 @@ fn isa(s: &str) -> Result<accel::Isa, String> {
     if isa.is_available() { Ok(isa) } else { Err("this processor does not have it".into()) }
 }
 
-fn key_value(s: &str) -> Result<(String, String), String> {
+pub(crate) fn key_value(s: &str) -> Result<(String, String), String> {
     match s.split_once('=') {
         Some((k, v)) if !k.is_empty() => Ok((k.to_owned(), v.to_owned())),
         Some(_) | None => Err("expected NAME=VALUE".into()),

@@ -1,10 +1,27 @@
 //! `steradian convert`.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use scene_desc::Sink;
 
-use crate::args::ConvertArgs;
+use crate::args::key_value;
 use crate::exit::{Done, Failure, Status};
 use crate::messages::{self, say};
+
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// The scene file (.pbrt, .pbrt.gz, .xml)
+    pub(crate) scene: PathBuf,
+    /// The pbrt-v4 file to write (.pbrt)
+    pub(crate) output: PathBuf,
+    /// Make every warning an error: what pbrt-v4 cannot say is then not written
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Give a $parameter of the scene file a value
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = key_value)]
+    pub(crate) define: Vec<(String, String)>,
+}
 
 pub(crate) fn run(args: &ConvertArgs) -> Done {
     if !args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pbrt")) {
