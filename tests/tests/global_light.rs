@@ -11,7 +11,7 @@ use testkit::statistics::{Moments, sidak};
 const NONE: (&str, &str) = ("max_depth", "none");
 
 /// Every unbiased way to walk.
-const WALKS: [Way<'_>; 9] = [
+const WALKS: [Way<'_>; 10] = [
     Way { integrator: "path", settings: &[NONE] },
     Way { integrator: "path", settings: &[NONE, ("heuristic", "balance"), ("rr_depth", "1")] },
     Way { integrator: "path", settings: &[NONE, ("mis", "false")] },
@@ -24,6 +24,7 @@ const WALKS: [Way<'_>; 9] = [
         settings: &[NONE, ("branching", "2,1"), ("shadow_rays", "false"), ("rr_depth", "2")],
     },
     Way { integrator: "bdpt", settings: &[NONE] },
+    Way { integrator: "guided", settings: &[NONE] },
 ];
 
 fn diffuse(rho: f64) -> String {

@@ -113,6 +113,7 @@ impl CameraEstimator for Direct {
             shading: &shading,
             medium: None,
             directions: self.directions,
+            guide: None,
             counts: [self.light_samples, self.direction_samples],
         };
         radiance += self.light_samples(&here, sampler, path, out.counters);

@@ -11,6 +11,8 @@ mod bdpt;
 mod cell;
 mod common;
 mod direct;
+mod guide;
+mod guided;
 mod irradiance_cache;
 mod light;
 mod many_light;

@@ -54,6 +54,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             lights: None,
             directions: DirectionSampling::Bsdf,
             shortcut: (),
+            guide: None,
         },
         sampler: sampler.clone(),
     };

@@ -17,14 +17,14 @@
 //! distribution, so that there may be no limit. Emitters that are seen directly (depth 0) come from camera rays.
 //! Left out: paths of more than some hundred scattering events, which the 24 bits of one number do not reach.
 
-use math::{Bounds2i, trig};
+use math::trig;
 use sampling::Sampler;
 use sampling::rng::Rng;
 use scene::Scene;
 use spectrum::Wavelengths;
 
 use crate::bdpt::{Joint, Subpaths, Walks, Weighting, weighting};
-use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
+use crate::common::{DirectionSampling, PixelLoop, Roulette, place_in, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
@@ -72,6 +72,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             lights: None,
             directions: DirectionSampling::Bsdf,
             shortcut: (),
+            guide: None,
         },
         sampler: sampler_of(making.sampler, making.seed),
     };
@@ -324,14 +325,6 @@ fn nudged(x: f32, u: f32) -> f32 {
     let y = x + sign * trig::exp(-LN_RATIO * v) / 64.0;
     let y = y - y.floor();
     if y < 1.0 { y } else { 0.0 }
-}
-
-fn place_in(region: &Bounds2i, u: [f32; 2]) -> [f32; 2] {
-    let size = [region.width() as f32, region.height() as f32];
-    [0, 1].map(|a| {
-        // Rounding must not carry a place over the edge.
-        (region.min[a] as f32 + u[a] * size[a]).min((region.max[a] as f32).next_down())
-    })
 }
 
 #[cfg(test)]

@@ -16,10 +16,11 @@ use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSampling, Gathered, LightStrategy, MediumPoint,
-    PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf,
-    sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Gathered, LightStrategy,
+    MediumPoint, PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf,
+    light_pdf, sample_guided, sampler_of,
 };
+use crate::guide::{Field, LocalGuide, RecordedPath, Step};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::shortcut::Shortcut;
@@ -72,6 +73,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         lights,
         directions: DirectionSampling::from_name(p.text("sampling")),
         shortcut: (),
+        guide: None,
     };
     Box::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) })
 }
@@ -84,6 +86,8 @@ pub(crate) struct Path<S = ()> {
     pub(crate) lights: Option<LightStrategy>,
     pub(crate) directions: DirectionSampling,
     pub(crate) shortcut: S,
+    /// What directions by the BSDF are mixed with.
+    pub(crate) guide: Option<Field>,
 }
 
 /// A walk on its way.
@@ -101,6 +105,10 @@ pub(crate) struct Walker<'a> {
     pub(crate) throughput: Spectrum,
     /// What it has found.
     pub(crate) radiance: Gathered,
+    /// Where it writes down what a guide learns from.
+    pub(crate) recorded: Option<&'a mut RecordedPath>,
+    /// What roulette looks at: the throughput as it would be without a guide.
+    carried: Spectrum,
     eta_scale: f32,
     previous: Previous,
     /// The last surface, if light that it gets from others of its class was had by the shortcut.
@@ -136,6 +144,7 @@ impl<S: Shortcut> CameraEstimator for Path<S> {
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
         let mut walk = Walker::new(scene, (path.ray, &mut path.wl), sampler, out.counters);
+        walk.recorded = out.recorded.as_deref_mut();
         self.walk(&mut walk);
         walk.radiance()
     }
@@ -159,6 +168,8 @@ impl<'a> Walker<'a> {
             depth: 0,
             throughput: Spectrum::ONE,
             radiance: Gathered::default(),
+            recorded: None,
+            carried: Spectrum::ONE,
             eta_scale: 1.0,
             previous: Previous { rival: None },
             shortcut_from: None,
@@ -175,11 +186,38 @@ impl<'a> Walker<'a> {
     }
 }
 
+/// A direction of the mixture with a guide, which the walk takes and writes down.
+fn guided(
+    walk: &mut Walker<'_>,
+    si: &SurfaceInteraction,
+    shading: &Shading,
+    guide: &LocalGuide<'_>,
+) -> Option<DirectionSample> {
+    let wo = shading.frame.to_local(si.wo);
+    let (s, bsdf_pdf) = sample_guided(guide, shading, wo, walk.sampler)?;
+    walk.throughput *= s.weight;
+    // A guide makes weights small where it is right: they are no reason to end a path.
+    walk.carried *= shading.bsdf.albedo_estimate(wo) / (s.eta * s.eta);
+    let radiance = walk.radiance();
+    if let (Some(recorded), Some(pdf)) = (&mut walk.recorded, s.pdf) {
+        recorded.push(Step {
+            p: si.p,
+            w: shading.frame.to_world(s.wi),
+            weight: s.weight,
+            pdf: pdf.value(),
+            bsdf_pdf,
+            radiance,
+            throughput: walk.throughput,
+        });
+    }
+    Some(s)
+}
+
 impl<S: Shortcut> Path<S> {
     /// The same with another shortcut.
     pub(crate) fn with<T>(&self, shortcut: T) -> Path<T> {
         let Self { max_depth, roulette, lights, directions, .. } = *self;
-        Path { max_depth, roulette, lights, directions, shortcut }
+        Path { max_depth, roulette, lights, directions, shortcut, guide: None }
     }
 
     /// Walks from where the walk is, to its end.
@@ -225,6 +263,7 @@ impl<S: Shortcut> Path<S> {
         };
         walk.add(flight.emitted);
         walk.throughput *= flight.factor;
+        walk.carried *= flight.factor;
         if walk.throughput.is_black() {
             return Event::End;
         }
@@ -250,8 +289,9 @@ impl<S: Shortcut> Path<S> {
     /// Russian roulette.
     fn survives(&self, walk: &mut Walker<'_>) -> bool {
         let u = walk.sampler.next_1d();
-        let paid = self.roulette.survive(walk.depth, walk.throughput, walk.eta_scale, u);
+        let paid = self.roulette.survive(walk.depth, walk.carried, walk.eta_scale, u);
         walk.throughput *= paid.unwrap_or(0.0);
+        walk.carried *= paid.unwrap_or(0.0);
         paid.is_some()
     }
 
@@ -268,6 +308,11 @@ impl<S: Shortcut> Path<S> {
         let shortcut = self.take_shortcut(walk, (si, shading), share);
         let goes_on = !shortcut || shading.bsdf.has_delta() || self.shortcut.leaves_something();
 
+        let guide = match &self.guide {
+            Some(field) if !shading.bsdf.is_delta_only() => Some(field.at(si.p)),
+            _ => None,
+        };
+
         // Next-event estimation.
         if let Some(strategy) = self.lights
             && !shading.bsdf.is_delta_only()
@@ -279,6 +324,7 @@ impl<S: Shortcut> Path<S> {
                 shading,
                 medium: walk.medium,
                 directions: self.directions,
+                guide,
                 counts: [1, 1],
             };
             let strategy = if goes_on { strategy } else { LightStrategy::Alone };
@@ -290,10 +336,11 @@ impl<S: Shortcut> Path<S> {
         }
 
         // Continue the walk.
-        let wo = shading.frame.to_local(si.wo);
-        let mode = TransportMode::Radiance;
-        let Some(s) = self.directions.sample(&shading.bsdf, wo, walk.sampler, mode) else { return false };
-        walk.throughput *= if s.pdf.is_some() { s.weight * share } else { s.weight };
+        let s = match &guide {
+            Some(guide) => guided(walk, si, shading, guide),
+            None => self.unguided(walk, shading, si, share),
+        };
+        let Some(s) = s else { return false };
         if walk.throughput.is_black() {
             return false;
         }
@@ -305,6 +352,22 @@ impl<S: Shortcut> Path<S> {
         walk.medium = walk.scene.medium_after(si, dir, walk.medium);
         walk.ray = si.spawn_ray(dir);
         self.survives(walk)
+    }
+
+    /// A direction by the walk's own density, which it takes.
+    fn unguided(
+        &self,
+        walk: &mut Walker<'_>,
+        shading: &Shading,
+        si: &SurfaceInteraction,
+        share: f32,
+    ) -> Option<DirectionSample> {
+        let wo = shading.frame.to_local(si.wo);
+        let s = self.directions.sample(&shading.bsdf, wo, walk.sampler, TransportMode::Radiance)?;
+        let weight = if s.pdf.is_some() { s.weight * share } else { s.weight };
+        walk.throughput *= weight;
+        walk.carried *= weight;
+        Some(s)
     }
 
     /// What the shortcut at the last surface left of the light that smooth lobes send there from this one.

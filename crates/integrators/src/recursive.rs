@@ -158,6 +158,7 @@ impl Recursive {
                 shading: &shading,
                 medium: None,
                 directions: self.directions,
+                guide: None,
                 counts: [1, 1],
             };
             radiance += here.sample(LightStrategy::Alone, walk.sampler, wl, walk.counters);

@@ -5,8 +5,8 @@ use scene_desc::{ParameterValue, SamplerDesc};
 
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
 use crate::{
-    Integrator, ao, bdpt, direct, irradiance_cache, light, many_light, mlt, path, photon, recursive, sppm,
-    vcm,
+    Integrator, ao, bdpt, direct, guided, irradiance_cache, light, many_light, mlt, path, photon, recursive,
+    sppm, vcm,
 };
 
 /// What a person and the command line need to know of an integrator.
@@ -72,6 +72,7 @@ pub fn list() -> &'static [IntegratorInfo] {
         vcm::INFO,
         irradiance_cache::INFO,
         mlt::INFO,
+        guided::INFO,
     ]
 }
 

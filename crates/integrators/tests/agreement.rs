@@ -9,8 +9,8 @@ mod common;
 use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 13 scenes in RGB and 2 in wavelengths, 10 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 15 * 10 * 9 * 3;
+/// Tests in the family: 13 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
+const FAMILY: usize = 15 * 15 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -66,6 +66,7 @@ fn methods() -> Vec<Method> {
         method("recursive", 3),
         method("light", 8),
         method("bdpt", 4),
+        method("guided", 6),
         Method { set: &["max_depth=4", "bootstrap=512"], ..method("mlt", 10) },
     ]
 }

@@ -10,6 +10,7 @@ use spectrum::{Spectrum, Wavelengths};
 
 use super::{DirectionSampling, MediumPoint};
 use crate::Counters;
+use crate::guide::LocalGuide;
 
 /// Does next-event estimation share the work with rays that find emitters?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,8 @@ pub(crate) struct DirectLight<'a> {
     pub(crate) medium: Option<MediumId>,
     /// How the rival draws its directions.
     pub(crate) directions: DirectionSampling,
+    /// What the rival mixes them with.
+    pub(crate) guide: Option<LocalGuide<'a>>,
     /// How many light samples and direction samples share the estimate.
     pub(crate) counts: [u32; 2],
 }
@@ -69,6 +72,7 @@ impl DirectLight<'_> {
         let (wo, wi) = (frame.to_local(self.si.wo), frame.to_local(sample.wi));
         let bsdf = &self.shading.bsdf;
         let (f, rival) = self.directions.eval_pdf(bsdf, wo, wi, TransportMode::Radiance);
+        let rival = self.guide.map_or(rival, |guide| guide.mixed(rival, sample.wi));
         let reflected = f * sample.li * wi.abs_cos_theta();
         if reflected.is_black() {
             return Spectrum::ZERO;

@@ -4,6 +4,7 @@ mod density;
 mod direct;
 mod directions;
 mod ends;
+mod guidance;
 mod neighbours;
 mod photons;
 mod pixel_loop;
@@ -19,9 +20,10 @@ pub(crate) use directions::{DirectionSample, DirectionSampling};
 pub(crate) use ends::{
     CameraStart, LightStart, camera_densities, connect_to_eye, direct_density, emission_densities, place_of,
 };
+pub(crate) use guidance::sample_guided;
 pub(crate) use neighbours::{Near, Neighbours};
 pub(crate) use photons::{Emission, Emitted, Keeper, LightPath, MEMORY, Photon, PhotonMap, Photons};
-pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, sampler_of};
+pub(crate) use pixel_loop::{CameraEstimator, CameraPath, PathOutput, PixelLoop, place_in, sampler_of};
 pub(crate) use roulette::Roulette;
 pub(crate) use shared::Shared;
 pub(crate) use site::{MediumPoint, Site, scatter_at};

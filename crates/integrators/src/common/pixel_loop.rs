@@ -1,12 +1,13 @@
 //! One camera sample in every pixel of a tile: film position, wavelengths, lens, time, ray; then the estimator.
 
-use math::Ray;
+use math::{Bounds2i, Ray};
 use sampling::{Sampler, SamplerKind};
 use scene::Scene;
 use scene_desc::SamplerDesc;
 use spectrum::{Spectrum, Wavelengths};
 
 use super::Shared;
+use crate::guide::RecordedPath;
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext};
 
 /// A path that starts at the eye.
@@ -23,6 +24,8 @@ pub(crate) struct CameraPath {
 /// What an estimator leaves behind besides the radiance.
 pub(crate) struct PathOutput<'a> {
     pub(crate) counters: &'a mut Counters,
+    /// Where a walk writes down what a guide learns from.
+    pub(crate) recorded: Option<&'a mut RecordedPath>,
 }
 
 /// Estimates the radiance that arrives along camera rays.
@@ -58,11 +61,34 @@ pub(crate) fn sampler_of(desc: &SamplerDesc, seed: u64) -> Sampler {
     Sampler::new(kind, seed)
 }
 
+/// A point of the pixels in `region`.
+pub(crate) fn place_in(region: &Bounds2i, u: [f32; 2]) -> [f32; 2] {
+    let size = [region.width() as f32, region.height() as f32];
+    [0, 1].map(|a| {
+        // Rounding must not carry a place over the edge.
+        (region.min[a] as f32 + u[a] * size[a]).min((region.max[a] as f32).next_down())
+    })
+}
+
 impl<E: CameraEstimator> PixelLoop<E> {
     fn pixel(&self, ctx: PassContext<'_>, pixel: [i32; 2], sampler: &mut Sampler, out: &mut CellOutput) {
-        let scene = ctx.scene;
         let u = sampler.pixel_2d();
         let raster = [pixel[0] as f32 + u[0], pixel[1] as f32 + u[1]];
+        let extra = &mut PathOutput { counters: &mut out.counters, recorded: None };
+        let traced = self.trace(ctx, raster, sampler, extra);
+        let rgb = traced.map_or([0.0; 3], |(radiance, wl)| ctx.scene.film_rgb(radiance, &wl));
+        out.tile.add_sample(pixel, u, rgb);
+    }
+
+    /// What a path through a point of the film brings, and in which wavelengths; `None` where no ray starts.
+    pub(crate) fn trace(
+        &self,
+        ctx: PassContext<'_>,
+        raster: [f32; 2],
+        sampler: &mut Sampler,
+        out: &mut PathOutput<'_>,
+    ) -> Option<(Spectrum, Wavelengths)> {
+        let scene = ctx.scene;
         let shared = self.estimator.shared();
         let wl = match (shared, scene.settings().spectral) {
             (Some(shared), _) => shared.wl,
@@ -77,14 +103,10 @@ impl<E: CameraEstimator> PixelLoop<E> {
         };
 
         out.counters.camera_paths += 1;
-        let mut rgb = [0.0; 3];
-        if let Some(camera_ray) = scene.camera.generate_ray(raster, u_lens, u_time) {
-            let mut path = CameraPath { ray: camera_ray.ray, wl, pass: ctx.pass };
-            let mut extra = PathOutput { counters: &mut out.counters };
-            let radiance = self.estimator.radiance(scene, &mut path, sampler, &mut extra);
-            rgb = scene.film_rgb(radiance * camera_ray.weight, &path.wl);
-        }
-        out.tile.add_sample(pixel, u, rgb);
+        let camera_ray = scene.camera.generate_ray(raster, u_lens, u_time)?;
+        let mut path = CameraPath { ray: camera_ray.ray, wl, pass: ctx.pass };
+        let radiance = self.estimator.radiance(scene, &mut path, sampler, out);
+        Some((radiance * camera_ray.weight, path.wl))
     }
 }
 

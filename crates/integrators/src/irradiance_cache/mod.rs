@@ -104,7 +104,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
 
 fn path<S>(max_depth: u32, roulette: Roulette, heuristic: Heuristic, shortcut: S) -> Path<S> {
     let lights = Some(LightStrategy::Mis(heuristic));
-    Path { max_depth, roulette, lights, directions: DirectionSampling::Bsdf, shortcut }
+    Path { max_depth, roulette, lights, directions: DirectionSampling::Bsdf, shortcut, guide: None }
 }
 
 /// What was set.

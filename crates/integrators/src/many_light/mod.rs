@@ -98,6 +98,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         lights: Some(LightStrategy::Mis(shared::heuristic(p))),
         directions: DirectionSampling::Bsdf,
         shortcut,
+        guide: None,
     };
     Box::new(ManyLight {
         pixels: PixelLoop { estimator, sampler: sampler.clone() },

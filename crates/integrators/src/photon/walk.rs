@@ -176,8 +176,15 @@ impl GatherWalk {
         // Light of lamps, then photons: all, those that were scattered, or those of caustics.
         let counts = [1, n_rays.max(1)];
         if is_smooth && !gathers_all {
-            let here =
-                DirectLight { scene, si, shading, medium: None, directions: DirectionSampling::Bsdf, counts };
+            let here = DirectLight {
+                scene,
+                si,
+                shading,
+                medium: None,
+                directions: DirectionSampling::Bsdf,
+                guide: None,
+                counts,
+            };
             let direct = here.sample(STRATEGY, out.sampler, out.wl, out.counters);
             out.sum.add(on.throughput * direct, false);
         }
