@@ -25,6 +25,7 @@ mod shortcut;
 mod sppm;
 mod strategy_layer;
 mod vcm;
+mod walker;
 
 pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
 pub use registry::{IntegratorInfo, Making, create, find, list};

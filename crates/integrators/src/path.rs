@@ -13,18 +13,19 @@ use math::Ray;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::TransportMode;
 use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
-use spectrum::{Spectrum, Wavelengths};
+use spectrum::Spectrum;
 
+use crate::Integrator;
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Gathered, LightStrategy,
-    MediumPoint, PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf,
-    light_pdf, sample_guided, sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, LightStrategy, MediumPoint,
+    PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf,
+    sampler_of,
 };
-use crate::guide::{Field, LocalGuide, RecordedPath, Step};
+use crate::guide::Field;
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::shortcut::Shortcut;
-use crate::{Counters, Integrator};
+use crate::walker::{Previous, Walker, guided};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -90,31 +91,6 @@ pub(crate) struct Path<S = ()> {
     pub(crate) guide: Option<Field>,
 }
 
-/// A walk on its way.
-pub(crate) struct Walker<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) wl: &'a mut Wavelengths,
-    pub(crate) sampler: &'a mut Sampler,
-    pub(crate) counters: &'a mut Counters,
-    /// Where it goes next.
-    pub(crate) ray: Ray,
-    /// What the ray starts in.
-    pub(crate) medium: Option<MediumId>,
-    /// Scattering events so far.
-    pub(crate) depth: u32,
-    pub(crate) throughput: Spectrum,
-    /// What it has found.
-    pub(crate) radiance: Gathered,
-    /// Where it writes down what a guide learns from.
-    pub(crate) recorded: Option<&'a mut RecordedPath>,
-    /// What roulette looks at: the throughput as it would be without a guide.
-    carried: Spectrum,
-    eta_scale: f32,
-    previous: Previous,
-    /// The last surface, if light that it gets from others of its class was had by the shortcut.
-    shortcut_from: Option<(SurfaceInteraction, Shading)>,
-}
-
 /// How a flight through a medium ends.
 enum Event {
     /// At a surface, or nowhere.
@@ -123,12 +99,6 @@ enum Event {
     Scattered,
     /// The walk does not go on.
     End,
-}
-
-/// Where the walk came from: what a light sample there would have competed with.
-struct Previous {
-    /// `None` after the camera or a delta: nothing competes.
-    rival: Option<(LightContext, Pdf<SolidAngle>)>,
 }
 
 impl<S: Shortcut> CameraEstimator for Path<S> {
@@ -148,69 +118,6 @@ impl<S: Shortcut> CameraEstimator for Path<S> {
         self.walk(&mut walk);
         walk.radiance()
     }
-}
-
-impl<'a> Walker<'a> {
-    /// At the eye.
-    pub(crate) fn new(
-        scene: &'a Scene,
-        (ray, wl): (Ray, &'a mut Wavelengths),
-        sampler: &'a mut Sampler,
-        counters: &'a mut Counters,
-    ) -> Self {
-        Self {
-            scene,
-            wl,
-            sampler,
-            counters,
-            ray,
-            medium: scene.camera_medium(),
-            depth: 0,
-            throughput: Spectrum::ONE,
-            radiance: Gathered::default(),
-            recorded: None,
-            carried: Spectrum::ONE,
-            eta_scale: 1.0,
-            previous: Previous { rival: None },
-            shortcut_from: None,
-        }
-    }
-
-    /// What it has found, when it is done.
-    pub(crate) fn radiance(&self) -> Spectrum {
-        self.radiance.radiance(self.wl)
-    }
-
-    fn add(&mut self, light: Spectrum) {
-        self.radiance.add(self.throughput * light, false);
-    }
-}
-
-/// A direction of the mixture with a guide, which the walk takes and writes down.
-fn guided(
-    walk: &mut Walker<'_>,
-    si: &SurfaceInteraction,
-    shading: &Shading,
-    guide: &LocalGuide<'_>,
-) -> Option<DirectionSample> {
-    let wo = shading.frame.to_local(si.wo);
-    let (s, bsdf_pdf) = sample_guided(guide, shading, wo, walk.sampler)?;
-    walk.throughput *= s.weight;
-    // A guide makes weights small where it is right: they are no reason to end a path.
-    walk.carried *= shading.bsdf.albedo_estimate(wo) / (s.eta * s.eta);
-    let radiance = walk.radiance();
-    if let (Some(recorded), Some(pdf)) = (&mut walk.recorded, s.pdf) {
-        recorded.push(Step {
-            p: si.p,
-            w: shading.frame.to_world(s.wi),
-            weight: s.weight,
-            pdf: pdf.value(),
-            bsdf_pdf,
-            radiance,
-            throughput: walk.throughput,
-        });
-    }
-    Some(s)
 }
 
 impl<S: Shortcut> Path<S> {

@@ -4,7 +4,7 @@ use scatter::Bsdf;
 use scene::{Shading, SurfaceInteraction};
 
 use crate::common::{Gathered, Shared};
-use crate::path::Walker;
+use crate::walker::Walker;
 
 /// Another way to have the light that surfaces of a class get from surfaces of the same class, emission left out. The
 /// walk goes on for the rest: through other surfaces, and for the share that the shortcut leaves.

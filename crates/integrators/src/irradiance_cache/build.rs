@@ -21,8 +21,9 @@ use super::{Interpolation, Settings};
 use super::{is_matt, sides};
 use crate::Counters;
 use crate::common::Gathered;
-use crate::path::{Path, Walker};
+use crate::path::Path;
 use crate::shortcut::Shortcut;
+use crate::walker::Walker;
 
 /// Every so many pixels are looked at in the first round.
 const FIRST_STEP: i32 = 32;

@@ -38,9 +38,10 @@ use self::build::Build;
 use self::cache::{Cache, Rules};
 use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::path::{Path, Walker};
+use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::shortcut::Shortcut;
+use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
 /// For the registry.

@@ -33,9 +33,10 @@ use crate::common::{
     DirectionSampling, Emission, Gathered, LightStrategy, MEMORY, PixelLoop, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::path::{Path, Walker};
+use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_media};
 use crate::shortcut::Shortcut;
+use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
 /// For the registry.

@@ -1,0 +1,104 @@
+//! A walk of path tracing on its way: where it is and what it has found.
+
+use math::Ray;
+use sampling::{Pdf, Sampler, SolidAngle};
+use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
+use spectrum::{Spectrum, Wavelengths};
+
+use crate::Counters;
+use crate::common::{DirectionSample, Gathered, sample_guided};
+use crate::guide::{LocalGuide, RecordedPath, Step};
+
+/// A walk on its way.
+pub(crate) struct Walker<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) wl: &'a mut Wavelengths,
+    pub(crate) sampler: &'a mut Sampler,
+    pub(crate) counters: &'a mut Counters,
+    /// Where it goes next.
+    pub(crate) ray: Ray,
+    /// What the ray starts in.
+    pub(crate) medium: Option<MediumId>,
+    /// Scattering events so far.
+    pub(crate) depth: u32,
+    pub(crate) throughput: Spectrum,
+    /// What it has found.
+    pub(crate) radiance: Gathered,
+    /// Where it writes down what a guide learns from.
+    pub(crate) recorded: Option<&'a mut RecordedPath>,
+    /// What roulette looks at: the throughput as it would be without a guide.
+    pub(crate) carried: Spectrum,
+    pub(crate) eta_scale: f32,
+    pub(crate) previous: Previous,
+    /// The last surface, if light that it gets from others of its class was had by the shortcut.
+    pub(crate) shortcut_from: Option<(SurfaceInteraction, Shading)>,
+}
+
+/// Where the walk came from: what a light sample there would have competed with.
+pub(crate) struct Previous {
+    /// `None` after the camera or a delta: nothing competes.
+    pub(crate) rival: Option<(LightContext, Pdf<SolidAngle>)>,
+}
+
+impl<'a> Walker<'a> {
+    /// At the eye.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        (ray, wl): (Ray, &'a mut Wavelengths),
+        sampler: &'a mut Sampler,
+        counters: &'a mut Counters,
+    ) -> Self {
+        Self {
+            scene,
+            wl,
+            sampler,
+            counters,
+            ray,
+            medium: scene.camera_medium(),
+            depth: 0,
+            throughput: Spectrum::ONE,
+            radiance: Gathered::default(),
+            recorded: None,
+            carried: Spectrum::ONE,
+            eta_scale: 1.0,
+            previous: Previous { rival: None },
+            shortcut_from: None,
+        }
+    }
+
+    /// What it has found, when it is done.
+    pub(crate) fn radiance(&self) -> Spectrum {
+        self.radiance.radiance(self.wl)
+    }
+
+    pub(crate) fn add(&mut self, light: Spectrum) {
+        self.radiance.add(self.throughput * light, false);
+    }
+}
+
+/// A direction of the mixture with a guide, which the walk takes and writes down.
+pub(crate) fn guided(
+    walk: &mut Walker<'_>,
+    si: &SurfaceInteraction,
+    shading: &Shading,
+    guide: &LocalGuide<'_>,
+) -> Option<DirectionSample> {
+    let wo = shading.frame.to_local(si.wo);
+    let (s, bsdf_pdf) = sample_guided(guide, shading, wo, walk.sampler)?;
+    walk.throughput *= s.weight;
+    // A guide makes weights small where it is right: they are no reason to end a path.
+    walk.carried *= shading.bsdf.albedo_estimate(wo) / (s.eta * s.eta);
+    let radiance = walk.radiance();
+    if let (Some(recorded), Some(pdf)) = (&mut walk.recorded, s.pdf) {
+        recorded.push(Step {
+            p: si.p,
+            w: shading.frame.to_world(s.wi),
+            weight: s.weight,
+            pdf: pdf.value(),
+            bsdf_pdf,
+            radiance,
+            throughput: walk.throughput,
+        });
+    }
+    Some(s)
+}
