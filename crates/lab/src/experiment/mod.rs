@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn a_cheap_experiment_passes_and_a_false_claim_fails() {
         let workers = Workers::new(NonZero::new(2)).unwrap();
-        let effort = Effort { seeds: 3, scale: 0.25, reference_time: Duration::from_secs(3) };
+        let effort = Effort { seeds: 6, scale: 0.25, reference_time: Duration::from_secs(3) };
         let run = |e: &Experiment| e.run(effort, None, &workers, &Cancel::default(), &mut |_| {}).unwrap();
         let real = Experiment::find("ambient-occlusion").unwrap();
         let outcome = run(real);
