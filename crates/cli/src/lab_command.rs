@@ -43,6 +43,10 @@ pub(crate) fn run(args: &LabArgs) -> Done {
             return Ok(Status::Interrupted);
         }
     }
+    if let Some(folder) = &args.output {
+        let text = lecture(&outcomes);
+        image::write_atomically(&folder.join("lecture.md"), text.as_bytes()).map_err(Failure::failed)?;
+    }
     if args.json {
         messages::json(&outcomes);
     }
@@ -80,6 +84,41 @@ fn save(args: &LabArgs, experiment: &Experiment, outcome: &Outcome) -> Result<()
     compare::save(&folder, experiment.title, &outcome.comparison)?;
     let sheet = strip(&outcome.comparison).map_err(Failure::failed)?;
     render::save_picture(&folder.join("pictures.png"), &sheet, 0.0)?;
+    let pictures = args.output.iter().map(|o| o.join("lecture"));
+    for of_lecture in pictures {
+        fs::create_dir_all(&of_lecture).map_err(Failure::failed)?;
+        render::save_picture(&of_lecture.join(format!("{}.png", experiment.name)), &sheet, 0.0)?;
+    }
     let json = serde_json::to_string_pretty(&outcome.findings).map_err(Failure::failed)?;
     image::write_atomically(&folder.join("findings.json"), json.as_bytes()).map_err(Failure::failed)
+}
+
+/// The lecture of what was run: theory, pictures, and what was found.
+fn lecture(outcomes: &[Outcome]) -> String {
+    let mut text = "# The theory of light transport, checked\n\n\
+        Written by `steradian lab --all -o DIR`: theory, pictures and findings of each experiment, in the order in which they build on each\n\
+        other. Every claim is a statistical test; the tests of one experiment share a false-alarm rate of 1 %. Pictures are the first run of\n\
+        each method, the reference last; `DIR/EXPERIMENT/report.html` has them to look into.\n"
+        .to_owned();
+    for outcome in outcomes {
+        let Some(e) = Experiment::find(outcome.name) else { continue };
+        let seeds = outcome.comparison.seeds.len();
+        text += &format!(
+            "\n## {}\n\n`steradian lab {}`: {}, {seeds} runs.\n\n",
+            e.title, e.name, outcome.comparison.budget
+        );
+        text += &format!("{}\n\n![{}](lecture/{}.png)\n\n", e.theory, e.title, e.name);
+        text += "| method | relMSE | FLIP | rays per sample |\n|---|---|---|---|\n";
+        let [w, h] = outcome.comparison.size;
+        for m in &outcome.comparison.methods {
+            let rays = m.mrays_per_run * 1e6 / (m.spp * (w * h) as f64);
+            text += &format!("| {} | {:.2e} | {:.3} | {rays:.1} |\n", m.label, m.relmse.value, m.flip);
+        }
+        text.push('\n');
+        for f in &outcome.findings {
+            let sign = if f.holds { "holds" } else { "**does not hold**" };
+            text += &format!("- {} – {sign}: {}.\n", f.claim, f.measured);
+        }
+    }
+    text
 }

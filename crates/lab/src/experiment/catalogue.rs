@@ -217,4 +217,52 @@ pub const CATALOGUE: &[Experiment] = &[
         reference: "bdpt",
         claims: &[lower("bdpt", "path", 1.5), Claim::Agree { a: "bdpt", b: "path" }],
     },
+    Experiment {
+        name: "virtual-lights",
+        title: "Many lights: what clamping takes away",
+        theory: "Instant radiosity turns light paths into virtual lamps and every pixel looks at them all. Close to one the inverse square law \
+                 makes spots; clamping them loses light in corners; tracing what was clamped brings it back. All pixels of a pass see \
+                 the same lamps, so there is no grain, but error that is alike everywhere.",
+        scene: ROOM,
+        methods: &[
+            ("path", "path"),
+            ("clamped", "many-light:compensation=false:clamping=0.5"),
+            ("compensated", "many-light:clamping=0.5:error=0.002"),
+            ("lightcuts", "many-light"),
+        ],
+        spp: 16,
+        reference: "bdpt",
+        claims: &[
+            lower("lightcuts", "path", 1.5),
+            Claim::Differ { a: "clamped", b: "reference" },
+            Claim::Agree { a: "compensated", b: "reference" },
+            Claim::Brighter { a: "compensated", b: "clamped", factor: 1.02 },
+        ],
+    },
+    Experiment {
+        name: "irradiance-cache",
+        title: "Irradiance is smooth: compute it seldom, interpolate",
+        theory: "Light that matt walls pass on to each other changes slowly. Few places get many rays; gradients carry what they found to all \
+                 pixels around them. The error that is left is no noise: more samples do not remove it.",
+        scene: ROOM,
+        methods: &[
+            ("path", "path"),
+            ("cache", "irradiance-cache"),
+            ("no gradients", "irradiance-cache:gradients=false"),
+        ],
+        spp: 16,
+        reference: "bdpt",
+        claims: &[lower("cache", "path", 3.0), lower("cache", "no gradients", 1.0)],
+    },
+    Experiment {
+        name: "connection-and-merging",
+        title: "Vertex connection and merging",
+        theory: "Photon mapping is one more way of making paths: the eye's walk ends near where a light's walk ended. Weighed together with all \
+                 connections it takes over where only it works, as for the caustic in the mirror.",
+        scene: CAUSTIC,
+        methods: &[("bdpt", "bdpt"), ("sppm", "sppm"), ("bpt", "vcm:mode=bpt"), ("vcm", "vcm")],
+        spp: 48,
+        reference: "vcm",
+        claims: &[lower("vcm", "bdpt", 1.5), lower("vcm", "sppm", 1.0), Claim::Agree { a: "bdpt", b: "bpt" }],
+    },
 ];
