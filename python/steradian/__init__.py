@@ -5,10 +5,12 @@
 >>> image.save("first-light.exr")                             # doctest: +SKIP
 """
 
-from . import errors
-from ._api import Scene, integrators, load, render, resume
+from . import errors, kinds
+from ._api import integrators, render, resume
 from ._image import Image, diff, merge, read
 from ._native import __version__
+from ._scene import Scene, load
+from ._transforms import look_at, rotate, scale, translate
 from .errors import (
     FilmError,
     FilmTooLargeError,
@@ -19,6 +21,7 @@ from .errors import (
     SceneWarning,
     SteradianError,
 )
+from .kinds import *  # noqa: F403
 
 __all__ = [
     "FilmError",
@@ -35,9 +38,15 @@ __all__ = [
     "diff",
     "errors",
     "integrators",
+    "kinds",
     "load",
+    "look_at",
     "merge",
     "read",
     "render",
     "resume",
+    "rotate",
+    "scale",
+    "translate",
+    *kinds.__all__,
 ]

@@ -9,39 +9,10 @@ from typing import Any
 
 from . import _native, _progress
 from ._image import Image
-from .errors import FilmError, ParameterError, ResumeError, SceneError
+from ._scene import Scene, _text, load
+from .errors import FilmError, ParameterError, ResumeError
 
 Settings = list[tuple[str, str]]
-
-
-class Scene:
-    """A scene: what a file or Python describes, compiled when it is first needed."""
-
-    def __init__(self, native: _native.Scene) -> None:
-        self._native = native
-
-    @property
-    def content_hash(self) -> str:
-        """A hash of all that makes the scene: the same scene, the same hash, on every machine."""
-        return self._native.content_hash()
-
-    def __repr__(self) -> str:
-        return f"<steradian.Scene {self.content_hash}>"
-
-
-def load(
-    path: str | os.PathLike[str],
-    *,
-    strict: bool = False,
-    defines: Mapping[str, object] | None = None,
-) -> Scene:
-    """Reads a scene file.
-
-    With `strict` every warning is an error; `defines` sets the file's ``$parameters``. Raises SceneError, which lists
-    all that is wrong with file, line and column; warns with SceneWarning.
-    """
-    given = [(name, _text(value)) for name, value in (defines or {}).items()]
-    return Scene(_native.Scene.load(Path(path), strict, given))
 
 
 def render(
@@ -183,15 +154,6 @@ def _settings(parameters: Mapping[str, object]) -> Settings:
     return [(name, _text(value)) for name, value in parameters.items()]
 
 
-def _text(value: object) -> str:
-    """A value as the command line writes it."""
-    if value is None:
-        return "none"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return str(value)
-
-
 def _first_missing(image: Image) -> int:
     ranges = image._film.passes()
     return ranges[0][1] if ranges and ranges[0][0] == 0 else 0
@@ -221,5 +183,3 @@ def _of_film(image: Image) -> dict[str, Any]:
         "spectral": values.get("mode") == "spectral",
     }
 
-
-__all__ = ["Scene", "SceneError", "integrators", "load", "render", "resume"]

@@ -14,7 +14,7 @@ from . import _native
 from .errors import FilmError
 
 if TYPE_CHECKING:
-    from ._api import Scene
+    from ._scene import Scene
 
 Array = NDArray[np.float32]
 

@@ -16,6 +16,7 @@ usage: cargo xtask COMMAND
 
   test    everything that must be green: format, tidy, every test, also Python's
   python  the Python package alone: build it into target/python, test it, check its types
+  kinds   write python/steradian/kinds.py anew, after a change of scene-desc
   tidy    the house rules that the compiler does not check
   lint    clippy over the workspace, warnings are errors
   doc     the documentation builds without a warning
@@ -39,6 +40,7 @@ fn run(command: &str, args: &[String]) -> Result<()> {
     match command {
         "test" => test(),
         "python" => python::test(&root()),
+        "kinds" => python::kinds(&root()),
         "tidy" => tidy::check(&root()),
         "lint" => cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
         "doc" => cargo(&["doc", "--workspace", "--no-deps"]),

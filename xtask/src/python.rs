@@ -23,6 +23,19 @@ pub(crate) fn test(root: &Path) -> Result<()> {
     run(root, Command::new(bin.join("python")).args(stubs))
 }
 
+/// Writes the dataclasses of everything that a scene can be made of, from the schema of what is built.
+pub(crate) fn kinds(root: &Path) -> Result<()> {
+    let python = interpreter().context("Python 3.10 or newer with venv is missing")?;
+    let bin = environment(root, &python)?;
+    install(root, &bin)?;
+    let generated = Command::new(bin.join("python")).args(["-m", "steradian._generate"]).output()?;
+    if !generated.status.success() {
+        bail!("{}", String::from_utf8_lossy(&generated.stderr));
+    }
+    let path = root.join("python/steradian/kinds.py");
+    fs::write(&path, generated.stdout).with_context(|| path.display().to_string())
+}
+
 /// A Python that is new enough.
 fn interpreter() -> Option<PathBuf> {
     let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))";

@@ -14,6 +14,7 @@
 mod load;
 mod mesh;
 mod mitsuba;
+mod packed;
 mod pbrt;
 mod report;
 mod resources;
@@ -22,4 +23,5 @@ mod suggest;
 mod write;
 
 pub use load::{load, load_with};
+pub use packed::{PackError, content_hash, pack, unpack};
 pub use write::{WriteError, write_pbrt};

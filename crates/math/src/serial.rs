@@ -25,7 +25,7 @@ struct Keys {
 #[serde(untagged)]
 enum FixedOrKeys {
     Fixed(Transform),
-    Keys(Keys),
+    Keys(Box<Keys>),
 }
 
 impl Serialize for Transform {
@@ -64,11 +64,11 @@ impl<'de> Deserialize<'de> for AnimatedTransform {
         let read = if deserializer.is_human_readable() {
             FixedOrKeys::deserialize(deserializer)?
         } else {
-            FixedOrKeys::Keys(Keys::deserialize(deserializer)?)
+            FixedOrKeys::Keys(Box::new(Keys::deserialize(deserializer)?))
         };
         Ok(match read {
             FixedOrKeys::Fixed(t) => Self::fixed(t),
-            FixedOrKeys::Keys(Keys { start, end, times }) => Self::new(start, end, times),
+            FixedOrKeys::Keys(keys) => Self::new(keys.start, keys.end, keys.times),
         })
     }
 }

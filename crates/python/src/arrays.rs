@@ -1,8 +1,17 @@
 //! Arrays in and out. Out: the vector becomes the array's memory, nothing is copied.
 
-use numpy::ndarray::Array3;
-use numpy::{IntoPyArray, PyArray3};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{Element, IntoPyArray, PyArray2, PyArray3};
 use pyo3::prelude::*;
+
+/// Rows of `N` numbers as an array of shape (n, N).
+pub(crate) fn rows<T: Element, const N: usize>(
+    py: Python<'_>,
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let n = rows.len();
+    Ok(Array2::from_shape_vec((n, N), rows.into_flattened()).map_err(shape)?.into_pyarray(py))
+}
 
 /// An image of `channels` numbers a pixel.
 pub(crate) fn image(

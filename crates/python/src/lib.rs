@@ -5,8 +5,10 @@
 //! awaited; no thread outlives a call, so that a fork finds none missing.
 
 mod arrays;
+mod edit;
 mod errors;
 mod film;
+mod geometry;
 mod progress;
 mod run;
 mod scene;
@@ -19,6 +21,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", render::VERSION)?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<film::Film>()?;
+    m.add_class::<geometry::Geometry>()?;
+    m.add_function(wrap_pyfunction!(edit::schema, m)?)?;
     m.add_function(wrap_pyfunction!(command, m)?)?;
     m.add_function(wrap_pyfunction!(run::render_scene, m)?)?;
     m.add_function(wrap_pyfunction!(run::list_integrators, m)?)?;

@@ -5,10 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use math::Bounds2i;
 use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use pyo3::types::PyBytes;
 use render::{Opened, SceneOptions, Workers};
 use scene_desc::{SceneDesc, Sink};
 
-use crate::errors::{of_render, of_scene, warn};
+use crate::errors::{error, of_render, of_scene, warn};
 use crate::run::workers;
 
 /// A scene. Compiled when it is first needed, and again when something changed.
@@ -20,6 +22,8 @@ pub(crate) struct Scene {
 
 struct State {
     desc: Arc<SceneDesc>,
+    /// Was it changed since its content was hashed?
+    edited: bool,
     compiled: Option<(Options, Arc<Opened>)>,
 }
 
@@ -49,14 +53,48 @@ impl Options {
     }
 }
 
+impl State {
+    fn hashed(&mut self) -> Arc<SceneDesc> {
+        if self.edited {
+            let hash = formats::content_hash(&self.desc);
+            Arc::make_mut(&mut self.desc).content_hash = hash;
+            self.edited = false;
+        }
+        Arc::clone(&self.desc)
+    }
+}
+
 impl Scene {
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The description as it is now.
+    pub(crate) fn from_desc(desc: SceneDesc, strict: bool) -> Self {
+        let state = State { desc: Arc::new(desc), edited: true, compiled: None };
+        Self { state: Mutex::new(state), strict }
+    }
+
+    /// The description as it is now; its hash may be of before.
     pub(crate) fn desc(&self, py: Python<'_>) -> Arc<SceneDesc> {
         py.detach(|| Arc::clone(&self.lock().desc))
+    }
+
+    /// Changes the description. Renders that run go on with what they began with.
+    pub(crate) fn edit<R>(
+        &self,
+        py: Python<'_>,
+        change: impl FnOnce(&mut SceneDesc) -> PyResult<R>,
+    ) -> PyResult<R> {
+        // Whoever holds this lock may compile meanwhile, but never waits for the interpreter.
+        let mut state = self.state.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
+        let result = change(Arc::make_mut(&mut state.desc))?;
+        state.edited = true;
+        Ok(result)
+    }
+
+    /// The description with the hash of its content.
+    fn hashed(&self) -> Arc<SceneDesc> {
+        self.lock().hashed()
     }
 
     /// The compiled scene; compiles it if there is none for these options. Warnings are told once, then.
@@ -71,14 +109,15 @@ impl Scene {
         // Two threads that ask at once compile one after the other: the second finds the first one's.
         let opened = py.detach(|| {
             let mut state = self.lock();
+            let desc = state.hashed();
             if let Some((of, opened)) = &state.compiled
                 && of == options
+                && opened.scene.settings().content_hash == desc.content_hash
             {
                 return Some(Arc::clone(opened));
             }
             let scene_options = options.to_scene_options(self.strict);
-            let desc = (*state.desc).clone();
-            let opened = Arc::new(render::compile(desc, &scene_options, &workers, &mut sink)?);
+            let opened = Arc::new(render::compile((*desc).clone(), &scene_options, &workers, &mut sink)?);
             state.compiled = Some((options.clone(), Arc::clone(&opened)));
             Some(opened)
         });
@@ -101,11 +140,28 @@ impl Scene {
         });
         let desc = desc.map_err(|e| of_render(py, &e))?.ok_or_else(|| of_scene(py, &sink, strict))?;
         warn(py, &sink)?;
-        Ok(Self { state: Mutex::new(State { desc: Arc::new(desc), compiled: None }), strict })
+        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
+        Ok(Self { state: Mutex::new(state), strict })
     }
 
     /// A hash of all that was read.
     fn content_hash(&self, py: Python<'_>) -> String {
-        format!("{:016x}", self.desc(py).content_hash)
+        format!("{:016x}", py.detach(|| self.hashed()).content_hash)
+    }
+
+    /// The description with the bytes of all its files.
+    fn pack<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let packed = py.detach(|| formats::pack(&self.hashed()));
+        let packed = packed.map_err(|e| error(py, "SceneError", &render::sentence(&e)))?;
+        Ok(PyBytes::new(py, &packed))
+    }
+
+    /// What `pack` gave; the files go to a folder.
+    #[staticmethod]
+    fn unpack(py: Python<'_>, bytes: &[u8], folder: PathBuf) -> PyResult<Self> {
+        let desc = py.detach(|| formats::unpack(bytes, &folder));
+        let desc = desc.map_err(|e| error(py, "SceneError", &render::sentence(&e)))?;
+        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
+        Ok(Self { state: Mutex::new(state), strict: false })
     }
 }

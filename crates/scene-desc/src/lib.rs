@@ -12,9 +12,11 @@ mod light;
 mod material;
 mod medium;
 mod principled;
+mod prototypes;
 mod shape;
 mod spectrum;
 mod texture;
+mod validate;
 
 pub use camera::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
 pub use diagnostic::{Diagnostic, FileId, Severity, Sink, SourceMap, Span};
@@ -27,6 +29,7 @@ pub use material::{
 };
 pub use medium::{GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc};
 pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};
+pub use prototypes::{Prototypes, prototypes};
 pub use shape::{
     BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshDesc, ObjectDesc, ShapeDesc,
 };
@@ -102,4 +105,15 @@ pub struct SceneDesc {
     pub sources: SourceMap,
     /// A hash of every byte that was read to make this: the same scene, the same hash, on every machine.
     pub content_hash: u64,
+}
+
+impl SceneDesc {
+    /// The paths of all files that are read when the scene is compiled.
+    pub fn files_mut(&mut self) -> Vec<&mut std::path::PathBuf> {
+        let images = self.images.iter_mut().map(|i| &mut i.path);
+        let measured = self.materials.iter_mut().filter_map(|m| {
+            if let MaterialKind::Measured { path } = &mut m.kind { Some(path) } else { None }
+        });
+        images.chain(measured).collect()
+    }
 }

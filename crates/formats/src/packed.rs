@@ -1,0 +1,148 @@
+//! A description and all its files in one piece, to be sent to another machine; and the hash of its content.
+//!
+//! The piece is for programs of the same version, not for keeping: [postcard](https://postcard.jamesmunns.com) data.
+
+use std::path::{Path, PathBuf};
+
+use scene_desc::SceneDesc;
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+
+use crate::source;
+
+/// Why a scene was not packed or unpacked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PackError {
+    /// One of its files cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The bytes are no packed scene.
+    #[error("no packed scene of this version: {0}")]
+    Format(#[from] postcard::Error),
+}
+
+/// What is sent.
+#[derive(Serialize, Deserialize)]
+struct Packed {
+    desc: SceneDesc,
+    /// In the order of [`SceneDesc::files_mut`].
+    files: Vec<Vec<u8>>,
+}
+
+/// A hash of everything that a description says and of the files that it names, not of where they lie.
+#[must_use]
+pub fn content_hash(desc: &SceneDesc) -> u64 {
+    let mut desc = SceneDesc { content_hash: 0, ..desc.clone() };
+    let mut hash = Hasher(Xxh3::new());
+    for path in desc.files_mut() {
+        // A file that cannot be read is told when the scene is compiled.
+        hash.0.update(&source::hash(path).unwrap_or_default().to_le_bytes());
+        *path = path.extension().map(PathBuf::from).unwrap_or_default();
+    }
+    // Writing to a hash cannot fail.
+    let _ = postcard::to_io(&desc, &mut hash);
+    hash.0.digest()
+}
+
+/// The description with the bytes of all its files.
+///
+/// # Errors
+/// A file cannot be read.
+pub fn pack(desc: &SceneDesc) -> Result<Vec<u8>, PackError> {
+    let mut desc = desc.clone();
+    let read = |path: &mut PathBuf| {
+        std::fs::read(&*path).map_err(|source| PackError::File { path: path.clone(), source })
+    };
+    let files = desc.files_mut().into_iter().map(read).collect::<Result<_, _>>()?;
+    Ok(postcard::to_allocvec(&Packed { desc, files })?)
+}
+
+/// Takes apart what [`pack`] made; its files go to `folder`, named by their content.
+///
+/// # Errors
+/// The bytes are of another version, or a file cannot be written.
+pub fn unpack(bytes: &[u8], folder: &Path) -> Result<SceneDesc, PackError> {
+    let Packed { mut desc, files } = postcard::from_bytes(bytes)?;
+    for (path, bytes) in desc.files_mut().into_iter().zip(files) {
+        let mut name = PathBuf::from(format!("{:016x}", xxh3_64(&bytes)));
+        if let Some(extension) = path.extension() {
+            name.set_extension(extension);
+        }
+        let to = folder.join(name);
+        if !to.exists() {
+            std::fs::write(&to, &bytes).map_err(|source| PackError::File { path: to.clone(), source })?;
+        }
+        *path = to;
+    }
+    Ok(desc)
+}
+
+struct Hasher(Xxh3);
+
+impl std::io::Write for Hasher {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scene_desc::{ColorSpaceName, ImageDesc, ImageEncoding, Span};
+
+    fn desc(folder: &Path, bytes: &[u8]) -> SceneDesc {
+        let path = folder.join("a.png");
+        std::fs::write(&path, bytes).unwrap();
+        let (encoding, space) = (ImageEncoding::Auto, ColorSpaceName::Srgb);
+        SceneDesc {
+            images: vec![ImageDesc { path, encoding, space, span: Span::NONE }],
+            ..SceneDesc::default()
+        }
+    }
+
+    #[test]
+    fn a_scene_travels_with_its_files_and_keeps_its_hash() {
+        let [here, there] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+        let desc = desc(here.path(), b"pixels");
+        let packed = pack(&desc).unwrap();
+        let unpacked = unpack(&packed, there.path()).unwrap();
+        assert_eq!(std::fs::read(&unpacked.images[0].path).unwrap(), b"pixels");
+        assert!(unpacked.images[0].path.starts_with(there.path()));
+        assert_eq!(content_hash(&desc), content_hash(&unpacked));
+        assert_eq!(desc.camera.world_from_camera, unpacked.camera.world_from_camera);
+    }
+
+    #[test]
+    fn the_hash_sees_files_and_values() {
+        let folder = tempfile::tempdir().unwrap();
+        let a = content_hash(&desc(folder.path(), b"pixels"));
+        let b = desc(folder.path(), b"others");
+        assert_ne!(a, content_hash(&b));
+        let c = SceneDesc {
+            camera: scene_desc::CameraDesc { shutter_close: 0.5, ..b.camera.clone() },
+            ..b.clone()
+        };
+        assert_ne!(content_hash(&b), content_hash(&c));
+    }
+
+    #[test]
+    fn what_is_no_scene_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let good = pack(&SceneDesc::default()).unwrap();
+        for n in 0..good.len() {
+            assert!(unpack(&good[..n], folder.path()).is_err());
+        }
+        assert!(unpack(&[255; 64], folder.path()).is_err());
+    }
+}
