@@ -207,6 +207,30 @@ fn albedos_of_half_spaces_and_slabs() {
     family.finish();
 }
 
+/// A half-space of given reflectance shows F + (1 − F) R of an even sky.
+#[test]
+fn subsurface_materials_have_their_reflectance() {
+    let mut family = Family::default();
+    for (eta, f, reflectance, mfp) in
+        [(1.33, 0.020_060, [0.8, 0.5, 0.1], 0.3), (1.5, 0.04, [0.6, 0.9, 0.3], 2.0)]
+    {
+        let [r, g, b] = reflectance;
+        let world = format!(
+            "{SKY}Material \"subsurface\" \"rgb reflectance\" [{r} {g} {b}] \"rgb mfp\" [{mfp} {mfp} {mfp}]\n\
+             \"float eta\" [{eta}]\nShape \"disk\" \"float radius\" [1e3]\n"
+        );
+        let scene = eye(1.0, 96).scene(&world);
+        for (i, way) in [PATH, BLIND_PATH, BDPT].iter().enumerate() {
+            // Albedo inversion has an error of a quarter of a per cent.
+            for (c, m) in way.rgb_moments(&scene, 40 + i as u64).iter().enumerate() {
+                let name = format!("subsurface {eta}, {}, {c}", way.name());
+                family.mean_within(name, m, f + (1.0 - f) * reflectance[c], 4e-3);
+            }
+        }
+    }
+    family.finish();
+}
+
 /// A ball of what scatters and does not absorb, or that glows as much as the sky, has the sky's radiance.
 #[test]
 fn balls_in_a_furnace_cannot_be_seen() {

@@ -24,7 +24,7 @@ use scene::Scene;
 use spectrum::Wavelengths;
 
 use crate::bdpt::{Joint, Subpaths, Walks, Weighting, weighting};
-use crate::common::{DirectionSampling, PixelLoop, Roulette, place_in, sampler_of};
+use crate::common::{DirectionSampling, PixelLoop, Roulette, Subpath, place_in, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
@@ -278,6 +278,9 @@ impl Chain<'_> {
         if s >= 2 {
             walks.light(light, &mut wl, counters, &mut self.paths);
         }
+        // Vertices of the two walks up to so many events.
+        let vertices = |path: &Subpath, n: usize| if n < 2 { n } else { 1 + path.vertices_to(n - 1) };
+        let (s, t) = (vertices(&self.paths.light, s), vertices(&self.paths.eye, t));
         let (weighting, paths) = (self.settings.weighting, &mut self.paths);
         let c = Joint { scene, weighting, wl, paths, sampler: joint, counters }.strategy(s, t)?;
 

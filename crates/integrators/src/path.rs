@@ -164,7 +164,8 @@ impl<S: Shortcut> Path<S> {
     fn fly(&self, walk: &mut Walker<'_>, medium: MediumId, end: f32) -> Event {
         let ray = Ray { t_max: end, ..walk.ray };
         let (media, sampler) = (&walk.scene.media, &mut *walk.sampler);
-        let flight = match walk.depth >= self.max_depth {
+        let is_interior = media.is_interior(medium);
+        let flight = match walk.depth >= self.max_depth && !is_interior {
             true => media.pass(medium, &ray, walk.wl, &mut || sampler.next_1d()),
             false => media.fly(medium, &ray, walk.throughput, walk.wl, &mut || sampler.next_1d()),
         };
@@ -177,8 +178,8 @@ impl<S: Shortcut> Path<S> {
         let Some(t) = flight.scatters_at else { return Event::None };
         let point = MediumPoint::new(walk.scene, &ray, t, medium);
 
-        // Next-event estimation.
-        if let Some(strategy) = self.lights {
+        // Next-event estimation. Under a surface no lamp is seen.
+        if let Some(strategy) = self.lights.filter(|_| !is_interior) {
             let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
             let direct = direct_in_medium(walk.scene, &point, strategy, &mut tools);
             walk.add(direct);
@@ -186,7 +187,8 @@ impl<S: Shortcut> Path<S> {
 
         // Continue the walk.
         let s = point.phase.sample(point.wo, walk.sampler.next_2d());
-        walk.depth += 1;
+        walk.depth += u32::from(!is_interior);
+        walk.steps += 1;
         walk.previous.rival = Some((point.light_context(), s.pdf));
         walk.shortcut_from = None;
         walk.ray = point.spawn_ray(s.wi);
@@ -196,7 +198,7 @@ impl<S: Shortcut> Path<S> {
     /// Russian roulette.
     fn survives(&self, walk: &mut Walker<'_>) -> bool {
         let u = walk.sampler.next_1d();
-        let paid = self.roulette.survive(walk.depth, walk.carried, walk.eta_scale, u);
+        let paid = self.roulette.survive(walk.steps, walk.carried, walk.eta_scale, u);
         walk.throughput *= paid.unwrap_or(0.0);
         walk.carried *= paid.unwrap_or(0.0);
         paid.is_some()
@@ -253,6 +255,7 @@ impl<S: Shortcut> Path<S> {
         }
         walk.eta_scale *= s.eta * s.eta;
         walk.depth += 1;
+        walk.steps += 1;
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
         walk.shortcut_from = (shortcut && s.pdf.is_some()).then_some((*si, *shading));
         let dir = shading.frame.to_world(s.wi);

@@ -21,6 +21,8 @@ pub(crate) struct Walker<'a> {
     pub(crate) medium: Option<MediumId>,
     /// Scattering events so far.
     pub(crate) depth: u32,
+    /// The same with what happened under surfaces.
+    pub(crate) steps: u32,
     pub(crate) throughput: Spectrum,
     /// What it has found.
     pub(crate) radiance: Gathered,
@@ -56,6 +58,7 @@ impl<'a> Walker<'a> {
             ray,
             medium: scene.camera_medium(),
             depth: 0,
+            steps: 0,
             throughput: Spectrum::ONE,
             radiance: Gathered::default(),
             recorded: None,

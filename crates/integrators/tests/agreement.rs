@@ -9,8 +9,8 @@ mod common;
 use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 13 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 15 * 15 * 9 * 3;
+/// Tests in the family: 15 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
+const FAMILY: usize = 17 * 15 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -143,4 +143,19 @@ fn in_wavelengths() {
 #[test]
 fn on_many_lamps() {
     all_agree("many-lamps", false, &methods());
+}
+
+/// Those that know media.
+fn methods_for_media() -> Vec<Method> {
+    methods().into_iter().filter(|m| !matches!(m.name, "recursive" | "vcm")).collect()
+}
+
+#[test]
+fn on_mist_in_glass_and_a_cloud() {
+    all_agree("smoke", false, &methods_for_media());
+}
+
+#[test]
+fn on_what_light_wanders_in() {
+    all_agree("wax", false, &methods_for_media());
 }

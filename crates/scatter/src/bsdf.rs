@@ -7,6 +7,7 @@
 //! | `Conductor`           | metal, smooth or rough                                 | if smooth  |
 //! | `Dielectric`          | glass, smooth or rough                                 | if smooth  |
 //! | `ThinDielectric`      | a pane: two parallel smooth interfaces                 | always     |
+//! | `SoftBorder`          | the border of what light wanders in                    | gloss, if smooth |
 //! | `CoatedDiffuse`       | a dielectric layer over Lambert's law                  | if smooth  |
 //! | `CoatedConductor`     | a dielectric layer over metal                          | if both smooth |
 //! | `OrenNayar`           | rough and matt                                         | never      |
@@ -36,6 +37,7 @@ mod oren_nayar;
 mod plastic;
 mod principled;
 mod principled_thin;
+mod soft_border;
 mod thin_dielectric;
 mod tinted;
 
@@ -59,6 +61,7 @@ pub use oren_nayar::OrenNayar;
 pub use plastic::Plastic;
 pub use principled::{Principled, PrincipledParameters};
 pub use principled_thin::{PrincipledThin, ThinParameters};
+pub use soft_border::SoftBorder;
 pub use thin_dielectric::ThinDielectric;
 pub use tinted::TintedDielectric;
 
@@ -225,6 +228,8 @@ closed_set! {
         Dielectric,
         /// A pane.
         ThinDielectric,
+        /// The border of what light wanders in.
+        SoftBorder,
         /// A dielectric layer over Lambert's law.
         CoatedDiffuse,
         /// A dielectric layer over metal.

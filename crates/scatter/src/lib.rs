@@ -17,6 +17,6 @@ pub use bsdf::{
     Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Conductor,
     Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Hair, Lobe, LobeFlags, MetallicRoughness,
     MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
-    SampleLobes, Side, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
+    SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
 pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};

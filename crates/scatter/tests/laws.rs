@@ -5,8 +5,8 @@ use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
     Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, MetallicRoughness, MetallicRoughnessParameters,
-    OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin, Rayleigh, ThinDielectric,
-    ThinParameters, TintedDielectric,
+    OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin, Rayleigh, SoftBorder,
+    ThinDielectric, ThinParameters, TintedDielectric,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -106,6 +106,11 @@ bsdf_laws! {
     dielectric_bubble: Dielectric::new(1.0 / 1.5, [0.25; 2]);
     dielectric_absent: Dielectric::new(1.0, [0.3; 2]);
     pane: ThinDielectric::new(1.5);
+    border_smooth: SoftBorder::new(1.33, [0.0; 2]);
+    border: SoftBorder::new(1.5, [0.3; 2]);
+    border_matt: SoftBorder::new(1.5, [0.9; 2]);
+    border_absent: SoftBorder::new(1.0, [0.3; 2]);
+    border_bubble: SoftBorder::new(0.8, [0.2; 2]);
     coated_diffuse_smooth: closed(0.0);
     coated_diffuse: closed(0.25);
     coated_diffuse_walk: CoatedDiffuse::new(RED, &coat([0.3; 2]), None);

@@ -10,11 +10,12 @@
 //! Departs from pbrt-v4: widths of microfacets up to and including 10⁻³ count as smooth (pbrt: below it), since
 //! exporters write exactly 0.001 for mirrors; a mixture hashes the point and the materials but not the direction,
 //! so that every path that comes to a point finds the same surface there.
-//! Left out: subsurface scattering, which is rendered as a coat over its effective albedo, with a warning.
+//! Subsurface scattering is a dielectric border with a medium inside, which the compiler gives to the shapes.
 
 mod artist;
 mod bump;
 mod compile;
+mod half_space;
 mod look;
 mod metal;
 mod parameters;
@@ -27,6 +28,7 @@ use spectrum::Wavelengths;
 
 use self::look::Look;
 use self::parameters::Lookup;
+pub(crate) use self::subsurface::Interior;
 use crate::textures::{FloatHandle, Textures};
 use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
 
@@ -36,6 +38,7 @@ pub struct Materials {
     /// Those of the scene, then a black one.
     list: Vec<Material>,
     profiles: Vec<CoatProfiles>,
+    interiors: Vec<Option<Interior>>,
 }
 
 /// Where rays pass a surface as if it were not there.
@@ -143,6 +146,11 @@ impl Materials {
             // What is mixed is in the list too.
             Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => true,
         })
+    }
+
+    /// What is under the surfaces of each material, in order.
+    pub(crate) fn interiors(&self) -> &[Option<Interior>] {
+        &self.interiors
     }
 
     /// How many there are.
@@ -487,20 +495,40 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn subsurface_warns_and_stands_in() {
-        let skin = MaterialKind::Subsurface {
-            profile: SubsurfaceProfile::Named("Skin1".into()),
-            scale: 1.0,
+    fn subsurface_is_glass_with_something_inside_unless_it_varies() {
+        let kind = |profile| MaterialKind::Subsurface {
+            profile,
+            scale: 2.0,
             g: 0.0,
             eta: 1.33,
             roughness: Roughness::smooth(),
         };
-        let (materials, textures, sink) = compile(&scene(vec![skin], vec![]), RGB);
-        assert_eq!(sink.diagnostics().len(), 1);
+        let skin = || kind(SubsurfaceProfile::Named("Skin1".into()));
+        let mix = MaterialKind::Mix {
+            materials: [scene_desc::MaterialId(2), scene_desc::MaterialId(2)],
+            amount: 0.5.into(),
+        };
+        let soft = kind(SubsurfaceProfile::Reflectance {
+            reflectance: SpectrumDesc::srgb([0.8, 0.4, 0.1]).into(),
+            mfp: SpectrumDesc::Constant(0.5).into(),
+        });
+        let (materials, textures, sink) = compile(&scene(vec![skin(), soft, skin(), mix], vec![]), RGB);
+        assert_eq!(sink.diagnostics().len(), 1, "{sink:?}");
         assert!(!sink.has_errors());
-        let shading = materials
-            .shade(&textures, &point(), &Footprint::default(), &mut Wavelengths::RGB.clone())
-            .unwrap();
+        let interior = |i: usize| {
+            let it = materials.interiors()[i].as_ref();
+            it.map(|it| [&it.sigma_a, &it.sigma_s].map(|s| s.eval(&Wavelengths::RGB).rgb()))
+        };
+        assert_eq!(interior(0).unwrap()[1], [1.48, 1.76, 2.02]);
+        let [a, s] = interior(1).unwrap();
+        for c in 0..3 {
+            // Mean free path 0.5 × 2.
+            assert!((a[c] + s[c] - 1.0).abs() < 1e-5 && s[0] > s[1] && s[1] > s[2], "{a:?} {s:?}");
+        }
+        assert!(interior(2).is_none() && interior(3).is_none());
+        let si = SurfaceInteraction { material: MaterialId(2), ..point() };
+        let shading =
+            materials.shade(&textures, &si, &Footprint::default(), &mut Wavelengths::RGB.clone()).unwrap();
         let [r, g, b] = shading.bsdf.albedo_estimate(direction(0.8)).rgb();
         assert!(r > g && g > b && r > 0.2 && r < 1.0, "{r} {g} {b}");
     }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use math::AnimatedTransform;
 use scene_desc::{
-    ImageId, InstanceDesc, MaterialId, MediumId, MediumInterface, ObjectDesc, ObjectId, SceneDesc, Span,
-    TextureId,
+    ImageId, InstanceDesc, MaterialId, MaterialKind, MediumId, MediumInterface, ObjectDesc, ObjectId,
+    SceneDesc, Span, TextureId,
 };
 
-use super::state::{Entities, InstanceEntity, Name, ObjectEntity, TransformSet};
+use super::state::{Entities, InstanceEntity, Name, ObjectEntity, ShapeEntity, TransformSet};
 use crate::report::Report;
 use crate::resources::EncodingKey;
 use crate::{source, suggest};
@@ -116,10 +116,17 @@ impl Build<'_, '_> {
         found
     }
 
-    /// The media on both sides; `None` where they are the same, and no border is crossed.
-    pub(super) fn medium_interface(&mut self, inside: &Name, outside: &Name) -> Option<MediumInterface> {
-        let (inside, outside) = (self.medium(inside), self.medium(outside));
-        (inside != outside).then_some(MediumInterface { inside, outside })
+    /// The media on both sides; `None` where they are the same, and no border is crossed. Under a subsurface material is
+    /// another medium, whatever the file says.
+    pub(super) fn medium_interface(
+        &mut self,
+        shape: &ShapeEntity,
+        material: MaterialId,
+    ) -> Option<MediumInterface> {
+        let (inside, outside) = (self.medium(&shape.inside), self.medium(&shape.outside));
+        let kind = self.scene.materials.get(material.index()).map(|m| &m.kind);
+        let is_border = inside != outside || matches!(kind, Some(MaterialKind::Subsurface { .. }));
+        is_border.then_some(MediumInterface { inside, outside })
     }
 
     /// The transform at the start, for things that cannot move.

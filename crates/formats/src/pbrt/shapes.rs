@@ -37,7 +37,7 @@ impl Build<'_, '_> {
             shape.entity.params.report_unused(&format!("shape \"{}\"", shape.entity.kind), self.report);
             let Some(material) = self.shape_material(&shape.material, unnamed) else { continue };
             let area_light = self.shape_light(&shape, material, area_lights);
-            let medium_interface = self.medium_interface(&shape.inside, &shape.outside);
+            let medium_interface = self.medium_interface(&shape, material);
             let world_from_object = if area_light.is_some() {
                 self.fixed(&shape.entity.ctm, "a shape that emits", shape.entity.span)
             } else {

@@ -230,8 +230,8 @@ impl Bidirectional {
         let mut radiance = [0.0; 3];
         for t in 0..=n_eye + 2 {
             for s in 0..=n_light + 2 {
-                // s + t − 2 scattering events; one vertex alone is no path.
-                if s + t < 2 || s + t - 2 > depth {
+                // One vertex alone is no path.
+                if s + t < 2 || paths.are_hidden(s, t) || paths.events(s, t) > depth {
                     continue;
                 }
                 let counters = &mut out.counters;

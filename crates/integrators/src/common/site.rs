@@ -18,12 +18,21 @@ pub(crate) struct MediumPoint {
     pub(crate) phase: PhaseFunction,
     /// Of what.
     pub(crate) medium: MediumId,
+    /// Under the surface of a subsurface material: no event of its own, and hidden (see `scene::Media::is_interior`).
+    pub(crate) is_interior: bool,
 }
 
 impl MediumPoint {
     /// At distance `t` along a ray.
     pub(crate) fn new(scene: &Scene, ray: &Ray, t: f32, medium: MediumId) -> Self {
-        Self { p: ray.at(t), wo: -ray.dir, time: ray.time, phase: scene.media.phase(medium), medium }
+        Self {
+            p: ray.at(t),
+            wo: -ray.dir,
+            time: ray.time,
+            phase: scene.media.phase(medium),
+            medium,
+            is_interior: scene.media.is_interior(medium),
+        }
     }
 
     pub(crate) fn spawn_ray(&self, w: Dir) -> Ray {
@@ -103,11 +112,19 @@ impl Site {
         }
     }
 
-    /// Nothing can be connected to a surface of delta lobes alone.
+    /// Nothing can be connected to a surface of delta lobes alone, nor to what is hidden under a surface.
     pub(crate) fn is_connectible(&self) -> bool {
         match self {
             Self::Surface { shading, .. } => !shading.bsdf.is_delta_only(),
-            Self::Medium(_) => true,
+            Self::Medium(m) => !m.is_interior,
+        }
+    }
+
+    /// Under the surface of a subsurface material?
+    pub(crate) fn is_interior(&self) -> bool {
+        match self {
+            Self::Surface { .. } => false,
+            Self::Medium(m) => m.is_interior,
         }
     }
 

@@ -99,8 +99,10 @@ pub(crate) struct Vertex {
     pub(crate) forward: f32,
     /// Density with which a walk from the other end would; known once the walk has gone on for two vertices.
     pub(crate) reverse: f32,
-    /// Did the walk leave it by a delta lobe?
+    /// Did the walk leave it by a delta lobe, or is it hidden, so that it cannot be connected?
     pub(crate) is_delta: bool,
+    /// Scattering events of the walk up to and with this one: what is under a surface is none.
+    pub(crate) events: u32,
 }
 
 impl Vertex {
@@ -223,6 +225,23 @@ impl Subpath {
         self.arrivals.clear();
         self.escape = None;
         self.start_reverse = 0.0;
+    }
+
+    /// Scattering events among the first `n` vertices.
+    pub(crate) fn events(&self, n: usize) -> usize {
+        let last = n.min(self.vertices.len()).checked_sub(1);
+        last.map_or(0, |i| self.vertices[i].events as usize)
+    }
+
+    /// How many vertices there are up to event number `n`; one more than all if the walk has not so many.
+    pub(crate) fn vertices_to(&self, n: usize) -> usize {
+        let found = self.vertices.iter().position(|v| v.events as usize >= n);
+        found.unwrap_or(self.vertices.len()) + 1
+    }
+
+    /// Is vertex `i` hidden under a surface?
+    pub(crate) fn is_hidden(&self, i: usize) -> bool {
+        self.vertices.get(i).is_some_and(|v| v.site.is_interior())
     }
 }
 

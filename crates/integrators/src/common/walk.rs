@@ -32,7 +32,7 @@ pub(crate) struct Walk<'a> {
     pub(crate) scene: &'a Scene,
     /// Radiance from the eye, importance from a light.
     pub(crate) mode: TransportMode,
-    /// Most vertices.
+    /// Most scattering events. What happens under a surface is none.
     pub(crate) limit: usize,
     pub(crate) roulette: Roulette,
 }
@@ -67,9 +67,10 @@ impl Walk<'_> {
             carried: Spectrum::ONE,
             eta_scale: 1.0,
         };
-        while path.vertices.len() < self.limit {
+        let events = |path: &Subpath| path.events(path.vertices.len());
+        while events(path) < self.limit {
             if !self.next_vertex(&mut on, (&mut *sampler, &mut *wl), counters, path)
-                || path.vertices.len() == self.limit
+                || events(path) == self.limit
             {
                 return;
             }
@@ -116,14 +117,9 @@ impl Walk<'_> {
             let (throughput, medium) = (on.throughput, on.medium);
             if let Some(shading) = self.scene.shade(&si, wl) {
                 let site = Site::Surface { si, shading };
-                path.vertices.push(Vertex {
-                    site,
-                    medium,
-                    throughput,
-                    forward,
-                    reverse: 0.0,
-                    is_delta: false,
-                });
+                let events = path.events(after) as u32 + 1;
+                let (reverse, is_delta) = (0.0, false);
+                path.vertices.push(Vertex { site, medium, throughput, forward, reverse, is_delta, events });
                 return true;
             }
             if si.light.is_some() && self.mode == TransportMode::Radiance {
@@ -176,7 +172,8 @@ impl Walk<'_> {
             throughput: on.throughput,
             forward: on.leaving.density_at(&Place::in_medium(point.p)),
             reverse: 0.0,
-            is_delta: false,
+            is_delta: point.is_interior,
+            events: path.events(path.vertices.len()) as u32 + u32::from(!point.is_interior),
         });
         true
     }
@@ -228,7 +225,7 @@ impl Walk<'_> {
                     factor: Spectrum::ONE,
                     forward: density,
                     reverse: density,
-                    is_delta: false,
+                    is_delta: m.is_interior,
                     eta_scale: 1.0,
                 });
             }

@@ -154,6 +154,7 @@ impl GatherWalk {
                 forward: 0.0,
                 reverse: 0.0,
                 is_delta: false,
+                events: on.depth + 1,
             };
             if !self.scatter(scene, &vertex, &mut on, out) {
                 return;

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 
 use super::CompileOptions;
+use crate::MaterialId;
 use crate::materials::{Gaps, Materials};
+use crate::media::MediumIds;
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
 use crate::textures::{FloatHandle, TextureCompiler};
-use crate::{MaterialId, MediumId};
 
 /// Nesting of objects within objects beyond this is taken for an endless circle.
 const MAX_NESTING: u32 = 32;
@@ -33,7 +34,7 @@ pub(crate) fn build(
     desc: &SceneDesc,
     materials: &Materials,
     textures: &mut TextureCompiler<'_>,
-    (options, media): (&CompileOptions, &[Option<MediumId>]),
+    (options, media): (&CompileOptions, &MediumIds),
 ) -> Option<World> {
     let mut builder = Builder { desc, materials, textures, media, shapes: Vec::new() };
 
@@ -82,8 +83,7 @@ struct Builder<'a, 'b> {
     desc: &'a SceneDesc,
     materials: &'a Materials,
     textures: &'a mut TextureCompiler<'b>,
-    /// By the description's ids; `None` is empty space.
-    media: &'a [Option<MediumId>],
+    media: &'a MediumIds,
     shapes: Vec<Shape>,
 }
 
@@ -99,15 +99,13 @@ impl Builder<'_, '_> {
                 [a, b] => a.or(b),
             };
             self.warn_of_dark_emitter(desc, &geometry, place);
-            let of = |id: Option<scene_desc::MediumId>| self.media.get(id?.index()).copied().flatten();
-            let sides = desc.medium_interface.map(|m| [m.inside, m.outside].map(of));
             self.shapes.push(Shape {
                 geometry,
                 material: MaterialId(desc.material.0),
                 alpha: alpha.filter(|a| !matches!(a, FloatHandle::Constant(x) if *x >= 1.0)),
                 first_light: None,
                 primitives_per_light: 1,
-                medium_interface: sides,
+                medium_interface: self.media.sides(desc.medium_interface, desc.material),
                 gaps: self.materials.gaps(MaterialId(desc.material.0)),
             });
         }

@@ -47,7 +47,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let colors = ColorPipeline { mode, space };
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
-    let (media, medium_ids) = Media::compile(&desc.media, colors, compiler.sink());
+    let (media, medium_ids) = Media::compile(&desc.media, materials.interiors(), colors, compiler.sink());
     let world = geometry::build(desc, &materials, &mut compiler, (options, &medium_ids));
     let textures = compiler.finish();
 
@@ -58,10 +58,9 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let (mut world, camera) = (world?, camera?);
     let image = |id| LightImage::from(textures.images().get(id));
     let mut lights = LightsBuilder::new(colors, &image);
-    let medium = |id: Option<scene_desc::MediumId>| medium_ids.get(id?.index()).copied().flatten();
     let mut declared = Vec::new();
     for light in &desc.lights {
-        declared.push((lights.add_light(light, sink), medium(light.medium)));
+        declared.push((lights.add_light(light, sink), medium_ids.described(light.medium)));
     }
     for &(baked, described) in &world.emitters {
         let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
@@ -85,7 +84,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
         textures,
         materials,
         media,
-        camera_medium: medium(desc.camera.medium),
+        camera_medium: medium_ids.described(desc.camera.medium),
         light_media: Vec::new(),
         lights,
         light_selector,

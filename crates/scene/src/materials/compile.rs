@@ -13,7 +13,7 @@ use spectrum::{ColorMode, Spectrum, Wavelengths};
 
 use super::look::{Look, PlasticLook};
 use super::parameters::{Base, Lookup, ProfileKey};
-use super::subsurface::{effective_albedo, measured, names};
+use super::subsurface::{Interior, Under, effective_albedo, measured, names};
 use super::{Material, Materials, Relief, Surface};
 use crate::MaterialId;
 use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, TextureCompiler};
@@ -24,11 +24,15 @@ impl Materials {
     #[must_use]
     pub fn compile(scene: &SceneDesc, textures: &mut TextureCompiler<'_>) -> Self {
         let black = MaterialId(u32::try_from(scene.materials.len()).unwrap_or(u32::MAX));
-        let mut compiler = Compiler { textures, black, profiles: Vec::new(), dispersive: Vec::new() };
+        let mixed = mixed(scene);
+        let (profiles, dispersive, interiors) = (Vec::new(), Vec::new(), Vec::new());
+        let mut compiler = Compiler { textures, black, profiles, dispersive, mixed, interiors };
         let mut list: Vec<Material> = scene.materials.iter().map(|m| compiler.material(m)).collect();
         list.push(Material::black());
         compiler.check_mixtures(scene, &mut list);
         compiler.report_dispersion();
+
+        let interiors = std::mem::take(&mut compiler.interiors);
 
         // Tabulating takes milliseconds each.
         let profiles: Vec<CoatProfiles> = compiler
@@ -44,7 +48,7 @@ impl Materials {
                 material.constant = uniform_bsdf(&material.surface, &profiles);
             }
         }
-        Self { list, profiles }
+        Self { list, profiles, interiors }
     }
 }
 
@@ -83,12 +87,23 @@ struct Compiler<'a, 'b> {
     profiles: Vec<ProfileKey>,
     /// Where indices that depend on wavelength were averaged.
     dispersive: Vec<Span>,
+    /// Materials that others are made of.
+    mixed: Vec<bool>,
+    /// What is under the surfaces of the materials so far.
+    interiors: Vec<Option<Interior>>,
 }
 
 impl Compiler<'_, '_> {
     fn material(&mut self, desc: &MaterialDesc) -> Material {
         let span = desc.span;
-        let surface = self.surface(&desc.kind, span);
+        let interior = self.interior(&desc.kind, span);
+        let surface = match (&desc.kind, &interior) {
+            (MaterialKind::Subsurface { eta, roughness, .. }, Some(_)) => {
+                Surface::Look(Look::SoftBorder { eta: *eta, alpha: self.alpha(roughness, span) })
+            }
+            (kind, _) => self.surface(kind, span),
+        };
+        self.interiors.push(interior);
         let relief = match (&desc.displacement, desc.normal_map) {
             (Some(height), _) => match self.textures.float(height, span) {
                 FloatHandle::Constant(_) => Relief::None,
@@ -224,6 +239,17 @@ impl Compiler<'_, '_> {
         }))
     }
 
+    /// What is under a subsurface material's surface.
+    fn interior(&mut self, kind: &MaterialKind, span: Span) -> Option<Interior> {
+        let MaterialKind::Subsurface { profile, scale, g, eta, .. } = kind else { return None };
+        if self.mixed.get(self.interiors.len()).copied().unwrap_or(false) {
+            return None;
+        }
+        let under = Under { scale: *scale, g: *g, eta: *eta, span };
+        let colors = self.textures.colors();
+        Interior::new(profile, under, colors, self.textures.sink())
+    }
+
     fn subsurface(
         &mut self,
         profile: &SubsurfaceProfile,
@@ -233,7 +259,10 @@ impl Compiler<'_, '_> {
     ) -> Look {
         self.textures
             .sink()
-            .warning(span, "subsurface scattering is not supported yet")
+            .warning(
+                span,
+                "subsurface scattering with textures, or as a part of another material, is not supported",
+            )
             .hint("rendered as a coated diffuse surface of about the same albedo");
         let base = match profile {
             SubsurfaceProfile::Reflectance { reflectance, .. } => {
@@ -291,6 +320,24 @@ impl Compiler<'_, '_> {
                 .hint("render with --spectral to see it");
         }
     }
+}
+
+/// Which materials are parts of others.
+fn mixed(scene: &SceneDesc) -> Vec<bool> {
+    let mut mixed = vec![false; scene.materials.len()];
+    for material in &scene.materials {
+        let parts = match &material.kind {
+            MaterialKind::Mix { materials: [a, b], .. } => [Some(*a), Some(*b)],
+            MaterialKind::TwoSided { front, back } => [Some(*front), *back],
+            _ => continue, // made of itself alone
+        };
+        for part in parts.into_iter().flatten() {
+            if let Some(is_part) = mixed.get_mut(part.index()) {
+                *is_part = true;
+            }
+        }
+    }
+    mixed
 }
 
 /// Follows the mixtures below material `i`.

@@ -3,7 +3,7 @@
 use scatter::microfacet::Facets;
 use scatter::{
     Bsdf, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Dielectric, Diffuse,
-    DiffuseTransmission, OrenNayar, Plastic, ThinDielectric, TintedDielectric,
+    DiffuseTransmission, OrenNayar, Plastic, SoftBorder, ThinDielectric, TintedDielectric,
 };
 use spectrum::Spectrum;
 
@@ -14,14 +14,46 @@ use crate::textures::{FloatHandle, SpectrumHandle};
 /// The kinds of surface that scatter.
 #[derive(Clone, Debug)]
 pub(super) enum Look {
-    Diffuse { reflectance: SpectrumHandle },
-    DiffuseTransmission { reflectance: SpectrumHandle, transmittance: SpectrumHandle, scale: f32 },
-    OrenNayar { reflectance: SpectrumHandle, sigma_degrees: FloatHandle },
-    Conductor { metal: Metal, alpha: Alpha, tint: Tints },
-    Dielectric { eta: Eta, alpha: Alpha, tint: Tints },
-    ThinDielectric { eta: Eta, tint: Tints },
-    CoatedDiffuse { base: Base, coat: Box<Layer> },
-    CoatedConductor { metal: Metal, alpha: Alpha, coat: Box<Layer> },
+    Diffuse {
+        reflectance: SpectrumHandle,
+    },
+    DiffuseTransmission {
+        reflectance: SpectrumHandle,
+        transmittance: SpectrumHandle,
+        scale: f32,
+    },
+    OrenNayar {
+        reflectance: SpectrumHandle,
+        sigma_degrees: FloatHandle,
+    },
+    Conductor {
+        metal: Metal,
+        alpha: Alpha,
+        tint: Tints,
+    },
+    Dielectric {
+        eta: Eta,
+        alpha: Alpha,
+        tint: Tints,
+    },
+    ThinDielectric {
+        eta: Eta,
+        tint: Tints,
+    },
+    /// With a medium inside.
+    SoftBorder {
+        eta: f32,
+        alpha: Alpha,
+    },
+    CoatedDiffuse {
+        base: Base,
+        coat: Box<Layer>,
+    },
+    CoatedConductor {
+        metal: Metal,
+        alpha: Alpha,
+        coat: Box<Layer>,
+    },
     Plastic(Box<PlasticLook>),
     Principled(Box<PrincipledLook>),
     MetallicRoughness(Box<MetallicRoughnessLook>),
@@ -69,6 +101,7 @@ impl Look {
                     None => glass.into(),
                 }
             }
+            Self::SoftBorder { eta, alpha } => SoftBorder::new(*eta, alpha.at(at)).into(),
             Self::ThinDielectric { eta, tint } => {
                 let pane = ThinDielectric::new(eta.at(at.wl));
                 match tint.at(at) {
@@ -105,6 +138,7 @@ impl Look {
             | Self::Conductor { .. }
             | Self::Dielectric { .. }
             | Self::ThinDielectric { .. }
+            | Self::SoftBorder { .. }
             | Self::CoatedDiffuse { .. }
             | Self::CoatedConductor { .. }
             | Self::Plastic(_)

@@ -1,10 +1,110 @@
-//! What stands for subsurface scattering until there is subsurface scattering: its albedo.
+//! Subsurface scattering: the medium under a surface; and what stands for it where it varies over the surface.
 //!
-//! A half space of particles with single-scattering albedo ω and asymmetry g gives back
+//! Light that passes the (rough) dielectric border walks through a homogeneous medium. A diffuse reflectance and a mean free
+//! path 1/σ_t become coefficients by albedo inversion ([`HalfSpace`]). The surface must be closed: what walks out of a hole is
+//! lost.
+//!
+//! Where a parameter is a texture, and in mixtures, a coat over the effective albedo stands in: a half space of particles with single-scattering albedo ω and asymmetry g gives back
 //! `(1 − s)(1 − 0.139 s) / (1 + 1.17 s)` of uniform light, `s = √((1 − ω)/(1 − ω g))` [Hulst1980].
 //! Named coefficients are measured ones, in 1/mm, scattering reduced.
 
-use spectrum::{Spectrum, measured_media};
+use scene_desc::{Sink, Span, SpectrumDesc, SpectrumInput, SubsurfaceProfile};
+use spectrum::{
+    ColorMode, ColorPipeline, LAMBDA_MAX, LAMBDA_MIN, SpectralCurve, Spectrum, SpectrumValue, Wavelengths,
+    measured_media,
+};
+
+use super::half_space::HalfSpace;
+use crate::textures::{SpectrumRole, spectrum_value};
+
+/// What is under a surface, in 1/scene unit.
+#[derive(Clone, Debug)]
+pub(crate) struct Interior {
+    pub(crate) sigma_a: SpectrumValue,
+    pub(crate) sigma_s: SpectrumValue,
+    pub(crate) g: f32,
+}
+
+/// The border of a subsurface material.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Under {
+    pub(super) scale: f32,
+    pub(super) g: f32,
+    pub(super) eta: f32,
+    pub(super) span: Span,
+}
+
+impl Interior {
+    /// `None` if something varies over the surface, or the name is unknown.
+    pub(super) fn new(
+        profile: &SubsurfaceProfile,
+        under: Under,
+        colors: ColorPipeline,
+        sink: &mut Sink,
+    ) -> Option<Self> {
+        let Under { scale, g, eta, span } = under;
+        let mut value = |desc: &SpectrumDesc, role| spectrum_value(desc, role, colors, span, sink);
+        let g = g.clamp(-0.99, 0.99);
+        match profile {
+            SubsurfaceProfile::Named(name) => {
+                // Scattering is measured reduced: isotropic.
+                let [a, s] =
+                    measured(name)?.map(|rgb| value(&SpectrumDesc::srgb(rgb), SpectrumRole::Unbounded));
+                Some(Self { sigma_a: a.scaled(scale), sigma_s: s.scaled(scale), g: 0.0 })
+            }
+            SubsurfaceProfile::Coefficients {
+                sigma_a: SpectrumInput::Constant(a),
+                sigma_s: SpectrumInput::Constant(s),
+            } => {
+                let [a, s] = [a, s].map(|d| value(d, SpectrumRole::Unbounded).scaled(scale));
+                Some(Self { sigma_a: a, sigma_s: s, g })
+            }
+            SubsurfaceProfile::Reflectance {
+                reflectance: SpectrumInput::Constant(reflectance),
+                mfp: SpectrumInput::Constant(mfp),
+            } => {
+                let reflectance = value(reflectance, SpectrumRole::Albedo);
+                let mfp = value(mfp, SpectrumRole::Unbounded).scaled(scale);
+                let half_space = HalfSpace::new(eta.max(0.1), g);
+                let [sigma_a, sigma_s] = [false, true].map(|scatters| {
+                    mapped([&reflectance, &mfp], colors, |r, mfp| {
+                        let omega = half_space.invert(r);
+                        (if scatters { omega } else { 1.0 - omega }) / mfp.max(SHORTEST)
+                    })
+                });
+                Some(Self { sigma_a, sigma_s, g })
+            }
+            SubsurfaceProfile::Coefficients { .. } | SubsurfaceProfile::Reflectance { .. } => None,
+        }
+    }
+}
+
+/// Mean free paths are at least this long, in scene units.
+const SHORTEST: f32 = 1e-7;
+/// Steps of wavelengths in nm.
+const STEP: usize = 5;
+
+/// A function of two spectra, lane by lane or wavelength by wavelength.
+fn mapped(of: [&SpectrumValue; 2], colors: ColorPipeline, f: impl Fn(f32, f32) -> f32) -> SpectrumValue {
+    let at = |wl: &Wavelengths| of[0].eval(wl).zip(of[1].eval(wl), &f);
+    match colors.mode {
+        ColorMode::Rgb => {
+            let rgb = at(&Wavelengths::RGB).rgb();
+            colors.unbounded(&SpectralCurve::RgbUnbounded { space: colors.space, rgb })
+        }
+        ColorMode::Spectral => {
+            let points: Vec<f32> = (LAMBDA_MIN as usize..=LAMBDA_MAX as usize)
+                .step_by(STEP)
+                .flat_map(|l| {
+                    let l = l as f32;
+                    [l, at(&Wavelengths::new([l; 4], [1.0; 4])).lanes()[0]]
+                })
+                .collect();
+            SpectralCurve::from_interleaved(&points)
+                .map_or(SpectrumValue::ZERO, |curve| colors.unbounded(&curve))
+        }
+    }
+}
 
 /// Absorption and reduced scattering of a named material.
 pub(super) fn measured(name: &str) -> Option<[[f32; 3]; 2]> {

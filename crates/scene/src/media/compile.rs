@@ -5,7 +5,8 @@ use std::sync::Arc;
 use math::{DVec3, Transform, Vec3};
 use scatter::{HenyeyGreenstein, Isotropic, PhaseFunction, Rayleigh};
 use scene_desc::{
-    ColorSpaceName, GridEmission, GridLayout, MediumDesc, MediumKind, PhaseDesc, Sink, Span, SpectrumDesc,
+    ColorSpaceName, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc, Sink, Span,
+    SpectrumDesc,
 };
 use spectrum::{ColorMode, ColorPipeline, SpectrumValue, photometric};
 
@@ -15,26 +16,73 @@ use super::homogeneous::Homogeneous;
 use super::{Body, Media, Medium};
 use crate::MediumId;
 use crate::linear_map::AffineMap;
+use crate::materials::Interior;
 use crate::textures::{SpectrumRole, color_space, spectral_curve, spectrum_value};
 
 impl Media {
-    /// Compiles media. The second list gives each description's medium: `None` where there is nothing.
+    /// Compiles media, and what is under the surfaces of materials.
     pub(crate) fn compile(
         descs: &[MediumDesc],
+        interiors: &[Option<Interior>],
         colors: ColorPipeline,
         sink: &mut Sink,
-    ) -> (Self, Vec<Option<MediumId>>) {
+    ) -> (Self, MediumIds) {
         let mut media = Self::default();
         let mut compiler = Compiler { colors, sink };
-        let ids = descs
+        let described = descs
             .iter()
             .map(|desc| {
                 let body = compiler.body(desc)?;
-                media.list.push(Medium { phase: phase(desc.phase), body });
-                Some(MediumId(media.list.len() as u32 - 1))
+                Some(media.add(Medium { phase: phase(desc.phase), is_interior: false, body }))
             })
             .collect();
-        (media, ids)
+        let of_materials = interiors
+            .iter()
+            .map(|interior| {
+                let Interior { sigma_a, sigma_s, g } = interior.clone()?;
+                let body = Body::Homogeneous(Homogeneous { sigma_a, sigma_s, le: SpectrumValue::ZERO });
+                let phase = phase(PhaseDesc::HenyeyGreenstein(g));
+                Some(media.add(Medium { phase, is_interior: true, body }))
+            })
+            .collect();
+        (media, MediumIds { described, of_materials })
+    }
+
+    fn add(&mut self, medium: Medium) -> MediumId {
+        self.list.push(medium);
+        MediumId(self.list.len() as u32 - 1)
+    }
+}
+
+/// Which medium is which.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MediumIds {
+    /// By the description's ids; `None` is empty space.
+    described: Vec<Option<MediumId>>,
+    /// Under the surfaces of materials.
+    of_materials: Vec<Option<MediumId>>,
+}
+
+impl MediumIds {
+    /// The medium of a description's id.
+    pub(crate) fn described(&self, id: Option<scene_desc::MediumId>) -> Option<MediumId> {
+        self.described.get(id?.index()).copied().flatten()
+    }
+
+    /// The media inside and outside of a shape of the material.
+    pub(crate) fn sides(
+        &self,
+        interface: Option<MediumInterface>,
+        material: scene_desc::MaterialId,
+    ) -> Option<[Option<MediumId>; 2]> {
+        let own = self.of_materials.get(material.index()).copied().flatten();
+        match (interface, own) {
+            (None, None) => None,
+            (interface, own) => {
+                let MediumInterface { inside, outside } = interface.unwrap_or_default();
+                Some([own.or_else(|| self.described(inside)), self.described(outside)])
+            }
+        }
     }
 }
 

@@ -24,6 +24,7 @@ use math::{Point, Ray};
 use scatter::PhaseFunction;
 use spectrum::{Spectrum, Wavelengths};
 
+pub(crate) use self::compile::MediumIds;
 use self::field::Varying;
 use self::homogeneous::Homogeneous;
 use crate::MediumId;
@@ -37,6 +38,8 @@ pub struct Media {
 #[derive(Clone, Debug)]
 struct Medium {
     phase: PhaseFunction,
+    /// See [`Media::is_interior`].
+    is_interior: bool,
     body: Body,
 }
 
@@ -98,6 +101,13 @@ impl Media {
         })
     }
 
+    /// Is it a subsurface material's? What happens in it is a part of what the surface does: its collisions are no
+    /// scattering events of a path, and since it lies behind a border that bends light, nothing can be connected to them.
+    #[must_use]
+    pub fn is_interior(&self, medium: MediumId) -> bool {
+        self.list[medium.index()].is_interior
+    }
+
     /// How a medium scatters.
     #[must_use]
     pub fn phase(&self, medium: MediumId) -> PhaseFunction {
@@ -138,3 +148,6 @@ impl Media {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
