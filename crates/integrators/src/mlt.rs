@@ -279,8 +279,11 @@ impl Chain<'_> {
             walks.light(light, &mut wl, counters, &mut self.paths);
         }
         // Vertices of the two walks up to so many events.
-        let vertices = |path: &Subpath, n: usize| if n < 2 { n } else { 1 + path.vertices_to(n - 1) };
-        let (s, t) = (vertices(&self.paths.light, s), vertices(&self.paths.eye, t));
+        let vertices = |path: &Subpath, n: usize| match n {
+            0 | 1 => Some(n),
+            _ => path.vertices_to(n - 1).map(|vertices| vertices + 1),
+        };
+        let (s, t) = (vertices(&self.paths.light, s)?, vertices(&self.paths.eye, t)?);
         let (weighting, paths) = (self.settings.weighting, &mut self.paths);
         let c = Joint { scene, weighting, wl, paths, sampler: joint, counters }.strategy(s, t)?;
 

@@ -233,10 +233,13 @@ impl Subpath {
         last.map_or(0, |i| self.vertices[i].events as usize)
     }
 
-    /// How many vertices there are up to event number `n`; one more than all if the walk has not so many.
-    pub(crate) fn vertices_to(&self, n: usize) -> usize {
-        let found = self.vertices.iter().position(|v| v.events as usize >= n);
-        found.unwrap_or(self.vertices.len()) + 1
+    /// How many vertices there are up to event number `n`: one more than all if it is the next after the walk's end; `None`
+    /// if the walk ended before.
+    pub(crate) fn vertices_to(&self, n: usize) -> Option<usize> {
+        match self.vertices.iter().position(|v| v.events as usize >= n) {
+            Some(i) => Some(i + 1),
+            None => (self.events(self.vertices.len()) + 1 == n).then_some(self.vertices.len() + 1),
+        }
     }
 
     /// Is vertex `i` hidden under a surface?
