@@ -257,6 +257,23 @@ impl Bidirectional {
     }
 }
 
+impl Subpaths {
+    /// Scattering events of the path by a strategy of at least two vertices: s + t − 2 but for what is under surfaces.
+    pub(crate) fn events(&self, s: usize, t: usize) -> usize {
+        match (s, t) {
+            (0, _) => self.eye.events(t - 2),
+            (_, 0) => self.light.events(s - 2),
+            _ => self.light.events(s - 1) + self.eye.events(t - 1),
+        }
+    }
+
+    /// Are the ends of two walks under surfaces, so that nothing joins them?
+    pub(crate) fn are_hidden(&self, s: usize, t: usize) -> bool {
+        let is_hidden = |path: &Subpath, n: usize| n.checked_sub(2).is_some_and(|i| path.is_hidden(i));
+        is_hidden(&self.eye, t) || is_hidden(&self.light, s)
+    }
+}
+
 /// Makes the two walks of a path.
 #[derive(Clone, Copy)]
 pub(crate) struct Walks<'a> {
