@@ -17,6 +17,7 @@
 //! | `PrincipledThin`      | the same as a sheet                                    | never      |
 //! | `MetallicRoughness`   | glTF's surface with its layers                         | never      |
 //! | `Hair`                | a fibre; not reciprocal                                | never      |
+//! | `CompensatedConductor` | metal without loss between facets                     | if smooth  |
 //!
 //! A mixture of materials is resolved at the hit (`scene`), by a hash of the point. To add a kind: its file here,
 //! a line in the closed set below and in the table above, a line in `tests/laws.rs`.
@@ -25,6 +26,7 @@ mod cloth;
 mod coated;
 mod coated_conductor;
 mod coated_diffuse;
+mod compensated_conductor;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -50,6 +52,7 @@ use spectrum::Spectrum;
 pub use coated::{Coat, CoatProfile, CoatProfiles};
 pub use coated_conductor::CoatedConductor;
 pub use coated_diffuse::CoatedDiffuse;
+pub use compensated_conductor::CompensatedConductor;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -248,6 +251,8 @@ closed_set! {
         MetallicRoughness,
         /// Hair.
         Hair,
+        /// Metal without loss between facets.
+        CompensatedConductor,
     }
 }
 
@@ -344,6 +349,6 @@ mod tests {
         assert!(!Bsdf::from(Diffuse::new(Spectrum::ONE)).has_delta());
         assert!(!glass.regularized().has_delta());
         assert_eq!(glass.name(), "Dielectric");
-        assert_eq!(Bsdf::NAMES.len(), 14);
+        assert_eq!(Bsdf::NAMES.len(), 16);
     }
 }

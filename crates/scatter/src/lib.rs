@@ -14,9 +14,10 @@ pub mod fresnel;
 pub mod microfacet;
 
 pub use bsdf::{
-    Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Conductor,
-    Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Hair, Lobe, LobeFlags, MetallicRoughness,
-    MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
-    SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
+    Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse,
+    CompensatedConductor, Conductor, Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Hair, Lobe,
+    LobeFlags, MetallicRoughness, MetallicRoughnessParameters, OrenNayar, Plastic, Principled,
+    PrincipledParameters, PrincipledThin, SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters,
+    TintedDielectric, TransportMode,
 };
 pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};

@@ -3,10 +3,10 @@
 use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
-    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, Conductor, Dielectric, Diffuse,
-    DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, MetallicRoughness, MetallicRoughnessParameters,
-    OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin, Rayleigh, SoftBorder,
-    ThinDielectric, ThinParameters, TintedDielectric,
+    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, CompensatedConductor, Conductor,
+    Dielectric, Diffuse, DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, MetallicRoughness,
+    MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
+    Rayleigh, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -151,6 +151,8 @@ bsdf_laws! {
         ..gltf()
     });
     gltf_glass: MetallicRoughness::new(&MetallicRoughnessParameters { transmission: 0.9, thin: false, ..gltf() });
+    conductor_compensated: CompensatedConductor::new(copper([0.5; 2]));
+    conductor_compensated_beckmann: CompensatedConductor::new(copper_of(Facets::beckmann(0.8, 0.8)));
     hair: Hair::new(Spectrum::from_rgb([0.1, 0.3, 0.8]), 0.3, 1.55, [0.3, 0.3], 0.035);
     hair_smooth: Hair::new(Spectrum::from_rgb([0.0, 0.3, 1.8]), -0.8, 1.55, [0.2, 0.25], 0.05);
     hair_rough: Hair::new(Spectrum::ZERO, 0.0, 1.3, [0.9, 0.8], 0.0);

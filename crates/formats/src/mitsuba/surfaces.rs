@@ -1,8 +1,8 @@
 //! BSDFs that are surfaces by themselves, with Mitsuba's defaults.
 
 use scene_desc::{
-    ConductorSpectrum, Distribution, FloatInput, HairColor, IndexOfRefraction, MaterialKind, PrincipledDesc,
-    Roughness, SpectrumDesc, ThinSheet, Tint,
+    ConductorSpectrum, Distribution, FloatInput, HairColor, IndexOfRefraction, Masking, MaterialKind,
+    PrincipledDesc, Roughness, SpectrumDesc, ThinSheet, Tint,
 };
 
 use super::bsdfs::Look;
@@ -127,7 +127,7 @@ impl<'t> Build<'t, '_, '_> {
                 self.report.error(at, format!("\"alpha\" is {a}")).hint("it must not be negative");
             }
         }
-        Roughness { distribution, ..Roughness::new(u, v, false) }
+        Roughness { distribution, masking: Masking::Separable, ..Roughness::new(u, v, false) }
     }
 
     fn conductor(&mut self, node: &'t Node) -> MaterialKind {

@@ -148,6 +148,17 @@ impl Compiler<'_, '_> {
                 alpha: self.alpha(roughness, span),
                 tint: self.tint(tint, span),
             },
+            MaterialKind::Dielectric { roughness, .. } | MaterialKind::Plastic { roughness, .. }
+                if roughness.compensate =>
+            {
+                self.textures
+                    .sink()
+                    .warning(span, "light between facets is compensated for in metals alone")
+                    .hint(
+                        "this surface is rendered with single scattering: a little darker where it is rough",
+                    );
+                return self.surface(&without_compensation(kind), span);
+            }
             MaterialKind::Dielectric { eta, roughness, tint } => Look::Dielectric {
                 eta: self.eta(eta, span),
                 alpha: self.alpha(roughness, span),
@@ -338,6 +349,15 @@ fn mixed(scene: &SceneDesc) -> Vec<bool> {
         }
     }
     mixed
+}
+
+/// The same material, with single scattering at its facets.
+fn without_compensation(kind: &MaterialKind) -> MaterialKind {
+    let mut kind = kind.clone();
+    if let MaterialKind::Dielectric { roughness, .. } | MaterialKind::Plastic { roughness, .. } = &mut kind {
+        roughness.compensate = false;
+    }
+    kind
 }
 
 /// Follows the mixtures below material `i`.

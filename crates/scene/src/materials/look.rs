@@ -2,8 +2,8 @@
 
 use scatter::microfacet::Facets;
 use scatter::{
-    Bsdf, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, Dielectric, Diffuse,
-    DiffuseTransmission, OrenNayar, Plastic, SoftBorder, ThinDielectric, TintedDielectric,
+    Bsdf, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, CompensatedConductor, Dielectric,
+    Diffuse, DiffuseTransmission, OrenNayar, Plastic, SoftBorder, ThinDielectric, TintedDielectric,
 };
 use spectrum::Spectrum;
 
@@ -88,10 +88,11 @@ impl Look {
             Self::Conductor { metal, alpha, tint } => {
                 let facets = alpha.at(at);
                 let conductor = metal.conductor(at, facets);
-                match &tint.reflectance {
-                    Some(r) => conductor.tinted(at.positive(r)).into(),
-                    None => conductor.into(),
-                }
+                let conductor = match &tint.reflectance {
+                    Some(r) => conductor.tinted(at.positive(r)),
+                    None => conductor,
+                };
+                if alpha.compensate { CompensatedConductor::new(conductor).into() } else { conductor.into() }
             }
             Self::Dielectric { eta, alpha, tint } => {
                 let facets = alpha.at(at);

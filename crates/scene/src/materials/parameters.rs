@@ -120,6 +120,8 @@ pub(super) struct Alpha {
     pub(super) remap: bool,
     pub(super) distribution: Distribution,
     pub(super) masking: Masking,
+    /// Is the light between facets given back?
+    pub(super) compensate: bool,
 }
 
 /// Factors on both sides of a boundary.

@@ -37,7 +37,7 @@ impl Compiler<'_, '_> {
             scene_desc::Masking::Correlated => Masking::Correlated,
             scene_desc::Masking::Separable => Masking::Separable,
         };
-        Alpha { u, v, remap: roughness.remap, distribution, masking }
+        Alpha { u, v, remap: roughness.remap, distribution, masking, compensate: roughness.compensate }
     }
 
     pub(super) fn eta(&mut self, eta: &IndexOfRefraction, span: Span) -> Eta {
