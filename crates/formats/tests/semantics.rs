@@ -183,8 +183,8 @@ fn film_and_camera_options_are_read() {
     assert_eq!(scene.camera.screen_window, Some([-2.0, 2.0, -1.0, 1.0]));
     assert_eq!((scene.sampler.spp, scene.sampler.strata, scene.sampler.seed), (15, [3, 5], 9));
     assert_eq!((scene.integrator.name.as_str(), scene.integrator.max_depth), ("ao", None));
-    assert_eq!(scene.integrator.parameters["max_distance"], ParameterValue::Float(2.0));
-    assert_eq!(scene.integrator.parameters["cosine"], ParameterValue::Bool(false));
+    assert_eq!(scene.integrator.parameters["distance"], ParameterValue::Float(2.0));
+    assert_eq!(scene.integrator.parameters["sampling"], ParameterValue::Text("uniform".into()));
     for (theirs, ours) in [
         ("volpath", "path"),
         ("simplepath", "path"),

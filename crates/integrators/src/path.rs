@@ -197,8 +197,7 @@ impl<S: Shortcut> Path<S> {
 
     /// Russian roulette.
     fn survives(&self, walk: &mut Walker<'_>) -> bool {
-        let u = walk.sampler.next_1d();
-        let paid = self.roulette.survive(walk.steps, walk.carried, walk.eta_scale, u);
+        let paid = self.roulette.survive(walk.steps, walk.carried, walk.eta_scale, walk.sampler);
         walk.throughput *= paid.unwrap_or(0.0);
         walk.carried *= paid.unwrap_or(0.0);
         paid.is_some()

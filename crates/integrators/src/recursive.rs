@@ -178,8 +178,8 @@ impl Recursive {
                 throughput: a.throughput * s.weight,
                 eta_scale: a.eta_scale * s.eta * s.eta,
             };
-            let u = walk.sampler.next_1d();
-            let Some(paid) = self.roulette.survive(next.depth, next.throughput, next.eta_scale, u) else {
+            let Some(paid) = self.roulette.survive(next.depth, next.throughput, next.eta_scale, walk.sampler)
+            else {
                 continue;
             };
             let next = Arrival { throughput: next.throughput * paid, ..next };

@@ -154,6 +154,12 @@ impl Sampler {
         }
     }
 
+    /// Leaves out a number that nobody would look at: those after it are what they would be.
+    #[inline]
+    pub fn skip_1d(&mut self) {
+        self.dimension = self.dimension.wrapping_add(1);
+    }
+
     /// Uniform in [0, 1)².
     #[inline]
     pub fn next_2d(&mut self) -> [f32; 2] {
@@ -273,6 +279,10 @@ mod tests {
             assert_ne!(here[0], a.next_1d());
             a.start([3, 4], 7);
             a.set_dimension(2);
+            assert_eq!(here[3], a.next_1d());
+            a.start([3, 4], 7);
+            let _ = a.next_1d();
+            a.skip_1d();
             assert_eq!(here[3], a.next_1d());
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use math::{Dir, LocalDir, Point, Vec2, Vec3};
 use steradian_sampling::distribution::{PiecewiseConstant1D, PiecewiseConstant2D};
-use steradian_sampling::warp::{self, SphericalRectangle, SphericalTriangle};
+use steradian_sampling::warp::{self, Rectangle, SphericalTriangle};
 use testkit::chi2::{Chi2, Chi2Settings, chi2_interval, chi2_rectangle, chi2_sphere, uniform_pair};
 
 fn settings(seed: u64) -> Chi2Settings {
@@ -246,7 +246,7 @@ fn small_far_triangles_are_sampled_as_evenly_as_flat_ones() {
 fn directions_to_a_rectangle_are_uniform_in_solid_angle() {
     let (corner, edges) = (Vec3::new(-0.4, -0.5, 0.7), [Vec3::new(1.5, 0.0, 0.3), Vec3::new(0.0, 2.0, 0.0)]);
     for from in [Vec3::ZERO, Vec3::new(2.0, 1.0, 0.2), Vec3::new(0.0, 0.3, 3.0)] {
-        let r = SphericalRectangle::new(Point(corner), edges, Point(from)).unwrap();
+        let r = Rectangle::new(Point(corner), edges).unwrap().seen_from(Point(from)).unwrap();
         let n = edges[0].cross(edges[1]);
         let pdf = |w: Vec3| {
             let t = (corner - from).dot(n) / w.dot(n);
@@ -270,9 +270,49 @@ fn solid_angles_are_those_of_closed_forms() {
     let octant = SphericalTriangle::new([Vec3::X, Vec3::Y, Vec3::Z].map(Point), Point(Vec3::ZERO)).unwrap();
     assert!((f64::from(octant.solid_angle()) - TAU / 4.0).abs() < 1e-6);
     let edges = [Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 2.0, 0.0)];
-    let face = SphericalRectangle::new(Point::new(-1.0, -1.0, -1.0), edges, Point(Vec3::ZERO)).unwrap();
+    let face = Rectangle::new(Point::new(-1.0, -1.0, -1.0), edges).unwrap();
+    let face = face.seen_from(Point(Vec3::ZERO)).unwrap();
     assert!((f64::from(face.solid_angle()) - TAU / 3.0).abs() < 1e-6);
-    assert!(SphericalRectangle::new(Point::new(-1.0, -1.0, 0.0), edges, Point(Vec3::ZERO)).is_none());
+    let beside = Rectangle::new(Point::new(-1.0, -1.0, 0.0), edges).unwrap();
+    assert!(
+        beside.seen_from(Point(Vec3::ZERO)).is_none()
+            && beside.seen_from(Point::new(5.0, 0.0, 0.0)).is_none()
+    );
     let flat = [Vec3::X, Vec3::Y, Vec3::new(-1.0, -2.0, 0.0)].map(Point);
     assert!(SphericalTriangle::new(flat, Point::new(3.0, 3.0, 0.0)).is_none());
+}
+
+/// From the middle above a square of half-size a at height h: Ω = 4 asin(a² / (a² + h²)); from far away and from close above.
+#[test]
+fn a_squares_solid_angle_keeps_its_bits_near_and_far() {
+    let edges = [Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 2.0, 0.0)];
+    let square = Rectangle::new(Point::new(-1.0, -1.0, 0.0), edges).unwrap();
+    for h in [1e-3_f64, 0.02, 0.5, 1.0, 3.0, 40.0, 1e3, 1e4] {
+        let seen = square.seen_from(Point::new(0.0, 0.0, h as f32)).unwrap();
+        let h = f64::from(h as f32);
+        let truth = 4.0 * libm::asin(1.0 / (1.0 + h * h));
+        let found = f64::from(seen.solid_angle());
+        assert!((found / truth - 1.0).abs() < 3e-7, "{h}: {found} {truth}");
+        for i in 0..200 {
+            let u = uniform_pair(3, i);
+            let s = seen.sample(u);
+            assert_eq!(s.coordinates, seen.coordinates(u));
+            let back = seen.inverse(s.direction);
+            assert!((back[0] - u[0]).abs() < 1e-3 && (back[1] - u[1]).abs() < 1e-3, "{h} {u:?} {back:?}");
+        }
+    }
+    // From below the plane of the square and beside it, at grazing angles.
+    for from in [[3.0, 0.4, 1e-3], [1.0, 1.0, -0.2], [-7.0, 5.0, 1e-2]] {
+        let seen = square.seen_from(Point::new(from[0], from[1], from[2])).unwrap();
+        let n = 400;
+        let at = |i: u32| -1.0 + (f64::from(i) + 0.5) * 2.0 / f64::from(n);
+        let [x, y, z] = from.map(f64::from);
+        let cell = |i, j| {
+            let d2 = (at(i) - x).powi(2) + (at(j) - y).powi(2) + z * z;
+            z.abs() / (d2 * d2.sqrt())
+        };
+        let sum: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| cell(i, j)).sum();
+        let truth = sum * 4.0 / f64::from(n * n);
+        assert!((f64::from(seen.solid_angle()) / truth - 1.0).abs() < 2e-3, "{from:?} {truth}");
+    }
 }

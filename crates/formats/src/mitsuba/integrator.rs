@@ -105,7 +105,7 @@ impl<'t> Build<'t, '_, '_> {
             "irrcache" | "adaptive" | "moment" | "aov" | "stokes" => return self.outer(node),
             "ao" => {
                 if let Some(length) = self.float_opt(node, "ray_length").filter(|l| *l > 0.0) {
-                    parameters.insert("max_distance".into(), ParameterValue::Float(length.into()));
+                    parameters.insert("distance".into(), ParameterValue::Float(length.into()));
                 }
                 node.accept(&["shading_samples"]);
                 "ao"

@@ -38,7 +38,10 @@ impl Build<'_, '_> {
         let max_depth =
             (name != "ao").then(|| p.count("maxdepth", 5, 0..=i32::MAX as u32, self.report).min(DEEPEST));
         if p.boolean("regularize", false, self.report) {
-            parameters.insert("regularize".into(), ParameterValue::Bool(true));
+            let at = p.span_of("regularize").unwrap_or(span);
+            self.report.warning(at, "\"regularize\" is not supported").hint(
+                "rough reflections that diffuse light meets stay as sharp as they are; caustics are noisier",
+            );
         }
         let light_selection = self.light_selection(p);
         p.report_unused(&format!("integrator \"{}\"", entity.kind), self.report);
@@ -81,10 +84,10 @@ impl Build<'_, '_> {
                 "sppm"
             }
             "ambientocclusion" => {
-                let cosine = p.boolean("cossample", true, self.report);
-                parameters.insert("cosine".into(), ParameterValue::Bool(cosine));
+                let sampling = if p.boolean("cossample", true, self.report) { "cosine" } else { "uniform" };
+                parameters.insert("sampling".into(), ParameterValue::Text(sampling.into()));
                 if let Some(d) = p.float_opt("maxdistance", self.report) {
-                    parameters.insert("max_distance".into(), ParameterValue::Float(d.into()));
+                    parameters.insert("distance".into(), ParameterValue::Float(d.into()));
                 }
                 "ao"
             }
@@ -124,21 +127,17 @@ impl Build<'_, '_> {
         }
     }
 
+    /// Chains of ours last for a pass, of which a render has as many as it is told; only the share of large steps means the
+    /// same.
     fn mlt(&mut self, p: &Params, parameters: &mut BTreeMap<String, ParameterValue>) {
-        for (theirs, ours, default) in [
-            ("bootstrapsamples", "bootstrap_samples", 100_000),
-            ("chains", "chains", 1000),
-            ("mutationsperpixel", "mutations_per_pixel", 100),
-        ] {
-            let n = p.count(theirs, default, 1..=i32::MAX as u32, self.report);
-            parameters.insert(ours.into(), ParameterValue::Integer(n.into()));
-        }
-        for (theirs, ours, default) in
-            [("largestepprobability", "large_step_probability", 0.3), ("sigma", "sigma", 0.01)]
-        {
-            let x = p.float(theirs, default, self.report);
-            parameters.insert(ours.into(), ParameterValue::Float(x.into()));
-        }
+        let share = p.float("largestepprobability", 0.3, self.report);
+        parameters.insert("large_steps".into(), ParameterValue::Float(share.into()));
+        p.accept(&[
+            ("bootstrapsamples", Type::Integer),
+            ("chains", Type::Integer),
+            ("mutationsperpixel", Type::Integer),
+            ("sigma", Type::Float),
+        ]);
     }
 
     fn sppm(&mut self, p: &Params, parameters: &mut BTreeMap<String, ParameterValue>) {

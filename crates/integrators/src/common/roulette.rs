@@ -1,5 +1,6 @@
 //! Russian roulette: paths that carry little end early, the others are paid for it; the mean stays [Arvo1990].
 
+use sampling::Sampler;
 use spectrum::Spectrum;
 
 /// When paths may end.
@@ -15,15 +16,32 @@ const ENDLESS: u32 = 64;
 
 impl Roulette {
     /// The factor on the throughput of a path that goes on, or `None` where it ends. `eta_scale` undoes the η² of
-    /// refractions on the way, which a path gets back when it leaves the glass.
-    pub(crate) fn survive(self, depth: u32, throughput: Spectrum, eta_scale: f32, u: f32) -> Option<f32> {
-        let most = if depth < ENDLESS { 1.0 } else { 0.95 };
-        let q = (throughput.max_component() * eta_scale).min(most);
-        if depth < self.rr_depth || q >= 1.0 {
+    /// refractions on the way, which a path gets back when it leaves the glass. Takes one number of the sampler.
+    #[inline]
+    pub(crate) fn survive(
+        self,
+        depth: u32,
+        throughput: Spectrum,
+        eta_scale: f32,
+        sampler: &mut Sampler,
+    ) -> Option<f32> {
+        let q = self.chance(depth, throughput, eta_scale);
+        if q >= 1.0 {
+            sampler.skip_1d();
             return Some(1.0);
         }
-        (u < q).then(|| 1.0 / q)
+        paid(q, sampler.next_1d())
     }
+
+    /// The chance to go on.
+    fn chance(self, depth: u32, throughput: Spectrum, eta_scale: f32) -> f32 {
+        let most = if depth < ENDLESS { 1.0 } else { 0.95 };
+        if depth < self.rr_depth { 1.0 } else { (throughput.max_component() * eta_scale).min(most) }
+    }
+}
+
+fn paid(q: f32, u: f32) -> Option<f32> {
+    (u < q).then(|| 1.0 / q)
 }
 
 #[cfg(test)]
@@ -34,13 +52,24 @@ mod tests {
     fn survivors_carry_what_the_others_lost() {
         let roulette = Roulette { rr_depth: 2 };
         let n = 1000;
-        let total: f32 =
-            (0..n).filter_map(|i| roulette.survive(3, Spectrum::splat(0.25), 1.0, i as f32 / n as f32)).sum();
-        assert!((total / n as f32 - 1.0).abs() < 1e-3);
-        let endless =
-            (0..n).filter_map(|i| roulette.survive(ENDLESS, Spectrum::ONE, 1.0, i as f32 / n as f32));
-        let (count, sum) = endless.fold((0, 0.0), |(count, sum), paid| (count + 1, sum + paid));
-        assert!(count < n && (sum / n as f32 - 1.0).abs() < 1e-3, "{count} {sum}");
-        assert_eq!(roulette.survive(1, Spectrum::splat(0.01), 1.0, 0.9), Some(1.0), "too early");
+        for (depth, throughput, q) in [(3, 0.25, 0.25), (ENDLESS, 1.0, 0.95)] {
+            let chance = roulette.chance(depth, Spectrum::splat(throughput), 1.0);
+            assert_eq!(chance, q);
+            let total: f32 = (0..n).filter_map(|i| paid(chance, i as f32 / n as f32)).sum();
+            assert!((total / n as f32 - 1.0).abs() < 2e-3, "{total}");
+        }
+        assert_eq!(roulette.chance(1, Spectrum::splat(0.01), 1.0), 1.0, "too early");
+        assert_eq!(roulette.chance(9, Spectrum::splat(0.5), 4.0), 1.0, "light in glass");
+    }
+
+    #[test]
+    fn a_number_is_taken_whether_it_is_looked_at_or_not() {
+        let mut sampler = Sampler::new(sampling::SamplerKind::Sobol, 1);
+        let roulette = Roulette { rr_depth: 2 };
+        for depth in [0, 5] {
+            sampler.start([1, 2], 3);
+            let _ = roulette.survive(depth, Spectrum::splat(0.5), 1.0, &mut sampler);
+            assert_eq!(sampler.dimension(), 1);
+        }
     }
 }

@@ -205,7 +205,7 @@ impl Walk<'_> {
             return false;
         }
         let depth = path.vertices.len() as u32;
-        let Some(paid) = self.roulette.survive(depth, on.carried, on.eta_scale, sampler.next_1d()) else {
+        let Some(paid) = self.roulette.survive(depth, on.carried, on.eta_scale, sampler) else {
             return false;
         };
         on.throughput *= paid;

@@ -211,7 +211,7 @@ impl GatherWalk {
             return false;
         }
         on.follow(vertex, &s, counts);
-        match self.roulette.survive(on.depth, on.throughput, on.eta_scale, out.sampler.next_1d()) {
+        match self.roulette.survive(on.depth, on.throughput, on.eta_scale, out.sampler) {
             Some(paid) => on.throughput *= paid,
             None => return false,
         }

@@ -22,5 +22,5 @@ pub use line::{
     truncated_exponential, truncated_exponential_inverse, truncated_exponential_pdf,
 };
 pub use octahedral::{equal_area_sphere, equal_area_sphere_inverse, equal_area_sphere_pdf, wrap_equal_area};
-pub use spherical::{DirectionOnShape, SphericalRectangle, SphericalTriangle};
+pub use spherical::{DirectionOnShape, Rectangle, SphericalRectangle, SphericalTriangle};
 pub use triangle::{uniform_triangle, uniform_triangle_inverse, uniform_triangle_pdf};

@@ -1,15 +1,16 @@
 //! Directions to a triangle or a rectangle, uniform in the solid angle that it subtends.
 //!
-//! | shape     | idea         | solid angle                               |
-//! |-----------|--------------|-------------------------------------------|
-//! | triangle  | [Arvo1995]   | [VanOosterom1983]                         |
-//! | rectangle | [Urena2013]  | four arctangents, one for each corner     |
+//! | shape     | idea         | solid angle                                   |
+//! |-----------|--------------|-----------------------------------------------|
+//! | triangle  | [Arvo1995]   | [VanOosterom1983]                             |
+//! | rectangle | [Urena2013]  | four arctangents at once, by complex products |
 //!
 //! Departs from the papers: the first coordinate is found by formulas of our own that do not cancel when the shape is small or
 //! far. Triangle: with half the arc from A to C′ as the unknown, `tan(Ω/2) = p k sin α / (1 + p k cos α)`, where p and
 //! k are the tangents of half the arcs that meet at A, is linear in p. Rectangle: the corner's arctangent is an
 //! arcsine of the product of the sines b, c of its elevations, and `asin(b₁ c) − asin(b₀ c) = τ` is a triangle
-//! with sides b₀, b₁ and angle τ. All is in double precision, and both have inverses.
+//! with sides b₀, b₁ and angle τ. All is in double precision but for the rectangle's solid angle, which is a factor only, and
+//! both have inverses.
 
 use math::trig::f64 as trig;
 use math::{DVec3, Dir, Point, Vec3};
@@ -127,6 +128,16 @@ fn orthogonal(x: DVec3, y: DVec3) -> DVec3 {
     (d - y * d.dot(y)).normalize_or_zero()
 }
 
+/// A rectangle, ready to be seen from many points.
+#[derive(Clone, Copy, Debug)]
+pub struct Rectangle {
+    corner: DVec3,
+    /// World axes along the edges and along the normal.
+    axes: [DVec3; 3],
+    /// Lengths of the edges.
+    size: [f64; 2],
+}
+
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
@@ -136,34 +147,50 @@ pub struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// Sines of the elevations of the edges y0 and y1 above the normal.
-    b: [f64; 2],
-    /// The solid angle between x = 0 and x0, signed.
-    before: f64,
+    /// Of the solid angle between x = 0 and x0, which is the argument.
+    before: Complex,
+    /// To single precision: as it is a factor of the first number, its error moves samples within the rectangle only.
     solid_angle: f64,
 }
 
-impl SphericalRectangle {
-    /// The rectangle from `corner` along two edges, which must be perpendicular, seen from `from`; `None` if it is
-    /// seen edge-on.
+impl Rectangle {
+    /// From `corner` along two edges, which must be perpendicular; `None` if it has no area.
     #[must_use]
-    pub fn new(corner: Point, edges: [Vec3; 2], from: Point) -> Option<Self> {
-        let [ex, ey] = edges.map(|e| e.as_dvec3());
-        let (axis_x, axis_y) = (ex.try_normalize()?, ey.try_normalize()?);
-        let d = corner.0.as_dvec3() - from.0.as_dvec3();
-        let mut axis_z = axis_x.cross(axis_y);
-        if d.dot(axis_z) < 0.0 {
-            axis_z = -axis_z;
-        }
-        let (x0, y0, z) = (d.dot(axis_x), d.dot(axis_y), d.dot(axis_z));
-        let (x, y) = ([x0, x0 + ex.length()], [y0, y0 + ey.length()]);
-        let before = between(x[0], y, z);
-        let solid_angle = between(x[1], y, z) - before;
-        let b = y.map(|y| y / (y * y + z * z).sqrt());
-        let usable = z > 0.0 && solid_angle >= SMALLEST;
-        usable.then_some(Self { axes: [axis_x, axis_y, axis_z], x, y, z, b, before, solid_angle })
+    pub fn new(corner: Point, edges: [Vec3; 2]) -> Option<Self> {
+        let edges = edges.map(|e| e.as_dvec3());
+        let (x, y) = (edges[0].try_normalize()?, edges[1].try_normalize()?);
+        let size = edges.map(DVec3::length);
+        Some(Self { corner: corner.0.as_dvec3(), axes: [x, y, x.cross(y)], size })
     }
 
+    /// As it is seen from there; `None` if it is seen edge-on.
+    ///
+    /// The four arctangents of its corners are arguments of complex numbers: products and one arctangent give the solid
+    /// angle.
+    #[must_use]
+    #[inline]
+    pub fn seen_from(&self, from: Point) -> Option<SphericalRectangle> {
+        let d = self.corner - from.0.as_dvec3();
+        let [axis_x, axis_y, mut axis_z] = self.axes;
+        let (x0, y0, mut z) = (d.dot(axis_x), d.dot(axis_y), d.dot(axis_z));
+        if z < 0.0 {
+            (axis_z, z) = (-axis_z, -z);
+        }
+        let (x, y) = ([x0, x0 + self.size[0]], [y0, y0 + self.size[1]]);
+        let before = between(x[0], y, z);
+        let whole = between(x[1], y, z).times(before.conjugate());
+        let is_inside = |[lo, hi]: [f64; 2]| lo < 0.0 && hi > 0.0;
+        let solid_angle = match whole.argument() {
+            // More than half of the sphere's half: only from close above, where the foot is inside.
+            negative if negative < 0.0 && is_inside(x) && is_inside(y) => negative + std::f64::consts::TAU,
+            angle => angle,
+        };
+        let usable = z > 0.0 && solid_angle >= SMALLEST;
+        usable.then_some(SphericalRectangle { axes: [axis_x, axis_y, axis_z], x, y, z, before, solid_angle })
+    }
+}
+
+impl SphericalRectangle {
     /// In steradian.
     #[must_use]
     pub fn solid_angle(&self) -> f32 {
@@ -179,13 +206,40 @@ impl SphericalRectangle {
     /// A direction to the rectangle.
     #[must_use]
     pub fn sample(&self, u: [f32; 2]) -> DirectionOnShape {
+        let [x, y] = self.point(u);
+        let w = self.axes[0] * x + self.axes[1] * y + self.axes[2] * self.z;
+        DirectionOnShape {
+            direction: Dir(w.normalize_or_zero().as_vec3()),
+            coordinates: self.coordinates_of([x, y]),
+        }
+    }
+
+    /// [`DirectionOnShape::coordinates`] of [`SphericalRectangle::sample`].
+    #[must_use]
+    #[inline]
+    pub fn coordinates(&self, u: [f32; 2]) -> [f32; 2] {
+        self.coordinates_of(self.point(u))
+    }
+
+    #[inline]
+    fn coordinates_of(&self, [x, y]: [f64; 2]) -> [f32; 2] {
+        let share = |v: f64, [lo, hi]: [f64; 2]| ((v - lo) / (hi - lo)) as f32;
+        [share(x, self.x), share(y, self.y)]
+    }
+
+    /// Along the two axes.
+    #[inline]
+    fn point(&self, u: [f32; 2]) -> [f64; 2] {
         // The stripe up to x has the share u0 of the solid angle. c = x / √(x² + z²) solves
-        // asin(b1 c) − asin(b0 c) = τ: the law of cosines, in the form that does not cancel.
-        let (sin_half, cos_half) = trig::sin_cos(0.5 * (f64::from(u[0]) * self.solid_angle + self.before));
-        let [b0, b1] = self.b;
-        let side2 = (b1 - b0) * (b1 - b0) + 4.0 * b0 * b1 * sin_half * sin_half;
-        let c = 2.0 * sin_half * cos_half / side2.max(f64::MIN_POSITIVE).sqrt();
-        let x = c * self.z / (1.0 - c * c).max(1e-300).sqrt();
+        // asin(b1 c) − asin(b0 c) = τ, with the sines b of the edges' elevations: the law of cosines, in the form that does
+        // not cancel.
+        let (sin, cos) = trig::sin_cos(0.5 * f64::from(u[0]) * self.solid_angle);
+        let half = self.before.half().times(Complex { re: cos, im: sin });
+        let [b0, b1] = self.y.map(|y| y / (y * y + self.z * self.z).sqrt());
+        let side2 = (b1 - b0) * (b1 - b0) + 4.0 * b0 * b1 * half.im * half.im;
+        // x = c z / √(1 − c²) with c = n / √side2.
+        let n = 2.0 * half.im * half.re;
+        let x = n * self.z / (side2 - n * n).max(1e-300).sqrt();
         let x = x.clamp(self.x[0], self.x[1]);
 
         // Along the stripe, sines are uniform.
@@ -193,12 +247,7 @@ impl SphericalRectangle {
         let [h0, h1] = self.y.map(|y| sine(y, d2));
         let h = h0 + f64::from(u[1]) * (h1 - h0);
         let y = (h * (d2 / (1.0 - h * h).max(1e-300)).sqrt()).clamp(self.y[0], self.y[1]);
-        let w = self.axes[0] * x + self.axes[1] * y + self.axes[2] * self.z;
-        let share = |v: f64, [lo, hi]: [f64; 2]| ((v - lo) / (hi - lo)) as f32;
-        DirectionOnShape {
-            direction: Dir(w.normalize_or_zero().as_vec3()),
-            coordinates: [share(x, self.x), share(y, self.y)],
-        }
+        [x, y]
     }
 
     /// The `u` of a direction to the rectangle.
@@ -210,16 +259,58 @@ impl SphericalRectangle {
         let y = (w.dot(self.axes[1]) * scale).clamp(self.y[0], self.y[1]);
         let d2 = x * x + self.z * self.z;
         let [h0, h1] = self.y.map(|y| sine(y, d2));
-        let u0 = (between(x, self.y, self.z) - self.before) / self.solid_angle;
+        let angle = |c: Complex| trig::atan2(c.im, c.re);
+        let u0 = (angle(between(x, self.y, self.z)) - angle(self.before)) / self.solid_angle;
         let u1 = (sine(y, d2) - h0) / (h1 - h0);
         [u0, u1].map(|v| v.clamp(0.0, 1.0) as f32)
     }
 }
 
-/// Signed solid angle of the rectangle from 0 to x and from y0 to y1 at distance z.
-fn between(x: f64, [y0, y1]: [f64; 2], z: f64) -> f64 {
-    let corner = |y: f64| trig::atan2(x * y, z * (x * x + y * y + z * z).sqrt());
-    corner(y1) - corner(y0)
+/// A number whose argument is an angle; its size does not matter.
+#[derive(Clone, Copy, Debug)]
+struct Complex {
+    re: f64,
+    im: f64,
+}
+
+impl Complex {
+    /// Arguments are added.
+    #[inline]
+    fn times(self, other: Self) -> Self {
+        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+    }
+
+    fn conjugate(self) -> Self {
+        Self { im: -self.im, ..self }
+    }
+
+    /// The argument in [−π, π], to single precision.
+    #[inline]
+    fn argument(self) -> f64 {
+        // Scaled, so that single precision holds it.
+        let scale = 1.0 / (self.re.abs() + self.im.abs());
+        f64::from(math::trig::atan2((self.im * scale) as f32, (self.re * scale) as f32))
+    }
+
+    /// Of half the argument, which lies in [−π, π]; of size one.
+    #[inline]
+    fn half(self) -> Self {
+        // The longer of both by the half-angle formula, the other by the double-angle formula: nothing cancels.
+        let size = (self.re * self.re + self.im * self.im).sqrt();
+        let longer = (0.5 * (1.0 + self.re.abs() / size)).sqrt();
+        let shorter = 0.5 * self.im / (size * longer);
+        match self.re >= 0.0 {
+            true => Self { re: longer, im: shorter },
+            false => Self { re: shorter.abs(), im: longer.copysign(self.im) },
+        }
+    }
+}
+
+/// Its argument is the signed solid angle of the rectangle from 0 to x and from y0 to y1 at distance z.
+#[inline]
+fn between(x: f64, [y0, y1]: [f64; 2], z: f64) -> Complex {
+    let corner = |y: f64| Complex { re: z * (x * x + y * y + z * z).sqrt(), im: x * y };
+    corner(y1).times(corner(y0).conjugate())
 }
 
 /// y / √(d² + y²).

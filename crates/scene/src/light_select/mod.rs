@@ -12,7 +12,8 @@
 //! number and half by irradiance.
 //!
 //! Every light that can contribute has a positive probability: importances bound what they stand for, and a light
-//! gets zero only where its emission cone ends or the receiver is seen edge-on. Light paths start by power.
+//! gets zero only where its emission cone ends or the receiver is seen edge-on, and the only light of a scene never. Light
+//! paths start by power.
 
 mod importance;
 mod infinite;
@@ -66,6 +67,8 @@ struct List {
 /// Lights at finite places.
 #[derive(Clone, Debug)]
 enum Finite {
+    /// The only light that there is: nothing to weigh.
+    One(LightId),
     List(List),
     Tree(Tree),
 }
@@ -135,7 +138,10 @@ impl Spatial {
     fn new(lights: &Lights) -> Self {
         let bounded: Vec<(LightId, LightBounds)> =
             lights.ids().filter_map(|l| lights.light_bounds(l).map(|b| (l, b))).collect();
-        let finite = if bounded.len() <= MOST_LISTED {
+        let infinite = InfiniteLights::new(lights);
+        let finite = if let ([(one, _)], true) = (bounded.as_slice(), infinite.is_empty()) {
+            Finite::One(*one)
+        } else if bounded.len() <= MOST_LISTED {
             Finite::List(List {
                 lights: bounded.iter().map(|(l, _)| *l).collect(),
                 clusters: bounded
@@ -146,11 +152,12 @@ impl Spatial {
         } else {
             Finite::Tree(Tree::new(&bounded, lights.len()))
         };
-        Self { finite, infinite: InfiniteLights::new(lights) }
+        Self { finite, infinite }
     }
 
     fn select(&self, context: &LightContext, u: f32) -> Option<(LightId, f32)> {
         match &self.finite {
+            Finite::One(light) => Some((*light, 1.0)),
             Finite::List(list) => {
                 let importances = Importances::new(list, context);
                 match self.infinite_or_rest(importances.sum, u) {
@@ -175,6 +182,7 @@ impl Spatial {
     fn probability(&self, context: &LightContext, light: LightId) -> f32 {
         // The sum of finite importances counts only beside light from infinity.
         let (sum, own) = match &self.finite {
+            Finite::One(one) => return if *one == light { 1.0 } else { 0.0 },
             Finite::List(list) => {
                 let importances = Importances::new(list, context);
                 let own = list.lights.iter().position(|l| *l == light).map(|i| importances.probability(i));

@@ -23,7 +23,11 @@ pub(crate) struct Patch {
     normals: Option<[Dir; 4]>,
     /// −1: emits to the other side of ∂p/∂u × ∂p/∂v.
     side: f32,
-    is_rectangle: bool,
+    /// If it is one: sampled by solid angle.
+    rectangle: Option<warp::Rectangle>,
+    /// Its normal, if that is the same everywhere.
+    flat: Option<Dir>,
+    p_error: Vec3,
     area: f32,
 }
 
@@ -36,9 +40,15 @@ impl Patch {
         let size = eu.length() + ev.length();
         let is_rectangle =
             (p[3] - p[1] - ev).length() < 1e-5 * size && eu.dot(ev).abs() < 1e-5 * eu.length() * ev.length();
+        let rectangle = if is_rectangle { warp::Rectangle::new(Point(p[0]), [eu, ev]) } else { None };
+        // In a plane through zero the coordinate has no error, but a ray's distance to the patch has: without
+        // the second term light that leaves such a lamp would meet it again (as in `PatchMesh::at`).
+        let size_of_p = p.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs()));
+        let p_error = size_of_p * gamma(8) + Vec3::splat(size_of_p.max_element() * 1e-9);
         let side = if flip { -1.0 } else { 1.0 };
-        let mut patch = Self { p, uv, normals, side, is_rectangle, area: 0.0 };
+        let mut patch = Self { p, uv, normals, side, rectangle, flat: None, p_error, area: 0.0 };
         patch.area = patch.integrated_area();
+        patch.flat = (rectangle.is_some() && normals.is_none()).then(|| patch.normal([0.5; 2]));
         (patch.area > 0.0 && patch.area.is_finite()).then_some(patch)
     }
 
@@ -89,7 +99,7 @@ impl Patch {
     /// `None`: sample by area.
     pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
         let seen = self.seen(from)?;
-        Some(self.at(seen.sample(u).coordinates, seen.pdf()))
+        Some(self.at(seen.coordinates(u), seen.pdf()))
     }
 
     /// `None`: by area.
@@ -98,22 +108,16 @@ impl Patch {
     }
 
     fn seen(&self, from: Point) -> Option<warp::SphericalRectangle> {
-        if !self.is_rectangle {
-            return None;
-        }
-        let edges = [self.p[1] - self.p[0], self.p[2] - self.p[0]];
-        warp::SphericalRectangle::new(Point(self.p[0]), edges, from)
+        self.rectangle?
+            .seen_from(from)
             .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE && r.solid_angle() < MOST_SOLID_ANGLE)
     }
 
     fn at<M: sampling::Measure>(&self, uv: [f32; 2], pdf: Pdf<M>) -> SurfaceSample<M> {
-        let size = self.p.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs()));
         SurfaceSample {
             p: Point(self.point(uv)),
-            // In a plane through zero the coordinate has no error, but a ray's distance to the patch has: without
-            // the second term light that leaves such a lamp would meet it again (as in `PatchMesh::at`).
-            p_error: size * gamma(8) + Vec3::splat(size.max_element() * 1e-9),
-            n: self.normal(uv),
+            p_error: self.p_error,
+            n: self.flat.unwrap_or_else(|| self.normal(uv)),
             uv: bilerp(self.uv, uv),
             pdf,
         }
