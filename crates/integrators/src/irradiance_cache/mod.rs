@@ -66,7 +66,7 @@ fn parameters() -> Vec<ParameterInfo> {
             ParameterKind::Float(0.3),
             "allowed error of a record where it is used: distance over mean distance of what it sees, and turn",
         ),
-        parameter("rays", ParameterKind::Integer(768), "rays over the hemisphere of a record"),
+        parameter("rays", ParameterKind::Integer(1024), "rays over the hemisphere of a record"),
         parameter("min_spacing", ParameterKind::Float(4.0), "a record reaches at least so many pixels"),
         parameter("max_spacing", ParameterKind::Float(32.0), "a record reaches at most so many pixels"),
         parameter("gradients", ParameterKind::Bool(true), "extrapolate with gradients"),
