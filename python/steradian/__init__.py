@@ -5,7 +5,7 @@
 >>> image.save("first-light.exr")                             # doctest: +SKIP
 """
 
-from . import errors, kinds
+from . import cluster, errors, kinds
 from ._api import integrators, render, resume
 from ._image import Image, diff, merge, read
 from ._native import __version__
@@ -35,6 +35,7 @@ __all__ = [
     "SceneWarning",
     "SteradianError",
     "__version__",
+    "cluster",
     "diff",
     "errors",
     "integrators",

@@ -115,6 +115,7 @@ class Scene:
     ) -> None:
         self._native = _made if _made is not None else _native.Scene(strict)
         self._lowering = Lowering(self._native)
+        self._files: Any = None
         if content is not None:
             self._fill(content)
         self._fill(

@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 /// What building and testing need, beside what the package itself depends on.
-const TOOLS: &[&str] = &["maturin>=1.7,<2", "numpy>=1.24", "pytest>=8", "mypy>=1.11"];
+const TOOLS: &[&str] = &["maturin>=1.7,<2", "numpy>=1.24", "pytest>=8", "mypy>=1.11", "ray>=2.9"];
 
 /// Builds, installs and tests the Python package.
 pub(crate) fn test(root: &Path) -> Result<()> {
