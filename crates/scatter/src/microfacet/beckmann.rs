@@ -15,8 +15,8 @@ use math::{LocalDir, Vec3, trig};
 /// 1/√π.
 const FRAC_1_SQRT_PI: f32 = 0.5 * FRAC_2_SQRT_PI;
 
-/// `D(m)`.
-#[inline]
+/// `D(m)`. Never inlined: where facets are GGX, as mostly, the code around stays small.
+#[inline(never)]
 pub(super) fn d([ax, ay]: [f32; 2], m: LocalDir) -> f32 {
     let z2 = m.0.z * m.0.z;
     let (x, y) = (m.0.x / ax, m.0.y / ay);
@@ -29,7 +29,7 @@ pub(super) fn d([ax, ay]: [f32; 2], m: LocalDir) -> f32 {
 }
 
 /// `|z| (1 + 2Λ)`.
-#[inline]
+#[inline(never)]
 pub(super) fn stretch([ax, ay]: [f32; 2], w: LocalDir) -> f32 {
     let (x, y, z) = (ax * w.0.x, ay * w.0.y, w.abs_cos_theta());
     let r = (x * x + y * y).sqrt();
@@ -42,6 +42,7 @@ pub(super) fn stretch([ax, ay]: [f32; 2], w: LocalDir) -> f32 {
 }
 
 /// A normal seen from `wo` (either side), on the side z > 0.
+#[inline(never)]
 pub(super) fn sample_visible([ax, ay]: [f32; 2], wo: LocalDir, u: [f32; 2]) -> LocalDir {
     // Stretch `wo` so that slopes have unit roughness.
     let sign = 1.0_f32.copysign(wo.0.z);
