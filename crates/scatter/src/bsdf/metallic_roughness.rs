@@ -253,12 +253,12 @@ impl BsdfKind for MetallicRoughness {
             return (f, pdf);
         }
         f += self.diffuse * (FRAC_1_PI * self.passed_both(co, ci));
-        f = f * self.below_cloths(wo, wi);
+        f *= self.below_cloths(wo, wi);
         pdf = pdf + Pdf::new(diffuse * ci * FRAC_1_PI);
         if !self.sheen.is_black() {
             f += self.sheen * cloth::eval(self.sheen_alpha, wo, wi, m);
         }
-        f = f * self.below_coat(wo, wi);
+        f *= self.below_coat(wo, wi);
         if let (true, Some((shape, density, _))) = (coat > 0.0, mirror_lobe(&self.coat_facets, wo, wi)) {
             f += Spectrum::splat(self.coat * (0.04 + 0.96 * schlick_weight(cos)) * shape);
             pdf = pdf + density * coat;

@@ -62,7 +62,7 @@ impl Material {
 /// The BSDF of a surface that is the same everywhere, in RGB mode.
 fn uniform_bsdf(surface: &Surface, profiles: &[CoatProfiles]) -> Option<Bsdf> {
     let Surface::Look(look) = surface else { return None };
-    let mut wl = Wavelengths::RGB.clone();
+    let mut wl = Wavelengths::RGB;
     let mut nowhere = Lookup::nowhere(&mut wl);
     let bsdf = look.bsdf(&mut nowhere, profiles);
     (!nowhere.varies() && look.rotation().is_none()).then_some(bsdf)
@@ -118,6 +118,7 @@ impl Compiler<'_, '_> {
         Material { surface, relief, constant: None }
     }
 
+    #[allow(clippy::too_many_lines, reason = "one arm for each kind, none of which decides anything")]
     fn surface(&mut self, kind: &MaterialKind, span: Span) -> Surface {
         let id = |id: &scene_desc::MaterialId| MaterialId(id.0);
         Surface::Look(match kind {
