@@ -83,6 +83,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         kernel: Kernel::of(p),
         shared: Shared::of_pass(making.scene, making.seed, 0),
         map: PhotonMap::default(),
+        merges: Vec::new(),
     });
     let weighting = Weighting { techniques, ..weighting(making.scene, shared::heuristic(p)) };
     Box::new(Bidirectional { max_depth, roulette, weighting, layers: None, merging, sampler })

@@ -6,6 +6,7 @@
 //! one of `bdpt`; and light paths that are connected and photons are drawn apart, which saves their surfaces' memory.
 
 use math::Point;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use sampling::Sampler;
 use scatter::TransportMode;
 use scene::Scene;
@@ -31,6 +32,8 @@ pub(crate) struct Merging {
     /// Of the pass.
     pub(crate) shared: Shared,
     pub(crate) map: PhotonMap,
+    /// N π r² at every vertex of the map's paths; see [`Link`].
+    pub(crate) merges: Vec<f32>,
 }
 
 /// A photon's contribution, and whether it has its hero wavelength alone.
@@ -59,6 +62,12 @@ impl Merging {
         };
         let emitted = emission.run::<Photons>();
         self.map = PhotonMap::new(emitted.kept, emitted.n_paths, |photon| photon.is_connectible());
+        let time = ctx.scene.camera.time(self.shared.u_time);
+        let merges = self.map.photons.vertices.par_iter().map(|v| match v.is_connectible() {
+            true => self.expected(ctx.scene, v.p, time),
+            false => 0.0,
+        });
+        self.merges = merges.collect();
         let counters: Counters = emitted.counters;
         Prepared { counters, warning: emitted.warning }
     }
@@ -71,16 +80,24 @@ impl Merging {
 }
 
 impl Joint<'_> {
-    /// Photons around surface number `i` of the eye's walk, into `near`, which is emptied first.
-    pub(crate) fn find_photons(&self, merging: &Merging, i: usize, near: &mut Vec<Near>) {
+    /// Photons around surface number `i` of the eye's walk, into `near`, which is emptied first; and the radius.
+    pub(crate) fn find_photons(&self, merging: &Merging, i: usize, near: &mut Vec<Near>) -> f32 {
         near.clear();
-        let Some(z) = self.paths.eye.vertices.get(i).filter(|v| v.is_connectible()) else { return };
+        let Some(z) = self.paths.eye.vertices.get(i).filter(|v| v.is_connectible()) else { return 0.0 };
         let radius = merging.radius.at(self.scene, z.p(), z.time());
         merging.map.near(z.p(), radius, near);
+        radius
     }
 
-    /// A photon near surface number `i` of the eye's walk; `None` if it adds nothing.
-    pub(crate) fn merge(&mut self, merging: &Merging, i: usize, near: Near, depth: usize) -> Option<Merged> {
+    /// A photon within a radius of surface number `i` of the eye's walk; `None` if it adds nothing, or if the path has
+    /// more events than `depth`.
+    pub(crate) fn merge(
+        &mut self,
+        merging: &Merging,
+        (i, radius): (usize, f32),
+        near: Near,
+        depth: usize,
+    ) -> Option<Merged> {
         let photons = &merging.map.photons;
         let photon = &photons.vertices[near.index as usize];
         // Events before, here and after.
@@ -89,7 +106,6 @@ impl Joint<'_> {
             return None;
         }
         let z = *self.paths.eye.vertices.get(i)?;
-        let radius = merging.radius.at(self.scene, z.p(), z.time());
         let share = merging.kernel.at(near.distance_squared, radius) / merging.map.n_paths as f32;
         let value = z.throughput * z.gather(photon.wi) * photon.power() * share;
         if value.is_black() || !value.is_finite() {
@@ -98,18 +114,19 @@ impl Joint<'_> {
 
         let origin = &photons.paths[photon.path as usize];
         let end = LightEnd { emit: origin.emit, direct: origin.direct, is_hittable: origin.is_hittable };
-        let before = &photons.vertices[origin.first as usize..][..m - 1];
+        let first = origin.first as usize;
+        let before = &photons.vertices[first..][..m - 1];
+        let merges = &merging.merges[first..];
         let before_z = self.eye_place(i);
-        let first = Link { from_eye: origin.reverse, ..Link::default() };
-        let scene = self.scene;
-        let of_light = before.iter().map(|v| Link {
+        let start = Link { from_eye: origin.reverse, ..Link::default() };
+        let of_light = before.iter().zip(merges).map(|(v, &merge)| Link {
             from_light: v.forward,
             from_eye: v.reverse,
             is_delta: v.is_delta(),
-            merge: if v.is_connectible() { merging.expected(scene, v.p, z.time()) } else { 0.0 },
+            merge,
         });
         let weighting = self.weighting;
-        let links = self.gather_merged(std::iter::once(first).chain(of_light), i + 2);
+        let links = self.gather_merged(std::iter::once(start).chain(of_light), i + 2);
         links[m].from_light = photon.forward;
         links[m].is_delta = false;
         let on = z.leaving(photon.wi, z.wo(), TransportMode::Importance);

@@ -202,9 +202,9 @@ impl Bidirectional {
         let (paths, counters) = (&mut work.paths, &mut out.counters);
         let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
         for i in 0..n {
-            joint.find_photons(merging, i, &mut near);
+            let radius = joint.find_photons(merging, i, &mut near);
             for &near in &near {
-                let Some(merged) = joint.merge(merging, i, near, depth) else { continue };
+                let Some(merged) = joint.merge(merging, (i, radius), near, depth) else { continue };
                 let wl = if merged.is_terminated { &hero } else { &wl };
                 let rgb = scene.film_rgb(merged.contribution.weighted, wl);
                 radiance = [0, 1, 2].map(|c| radiance[c] + rgb[c]);
