@@ -53,7 +53,9 @@ pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
 
 /// For integrators that know surfaces alone.
 pub(crate) fn refuses_media(scene: &Scene) -> Option<&'static str> {
-    scene.has_media().then_some("it does not render participating media; path, light, bdpt and mlt do")
+    scene.has_media().then_some(
+        "it does not render participating media, nor what lies under subsurface materials; path, light, bdpt and mlt do",
+    )
 }
 
 /// All integrators, in the order in which they are taught.

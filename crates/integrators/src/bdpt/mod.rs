@@ -25,7 +25,7 @@ pub(crate) use weight::{Emitters, Merges, Techniques, Weighting};
 
 use layers::{LayerSample, Layers};
 
-use crate::common::{CameraStart, LightStart, Roulette, Shared, Walk, sampler_of};
+use crate::common::{CameraStart, LightStart, Roulette, Shared, Subpath, Walk, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
 use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
@@ -270,7 +270,7 @@ impl Subpaths {
     /// Are the ends of two walks under surfaces, so that nothing joins them?
     pub(crate) fn are_hidden(&self, s: usize, t: usize) -> bool {
         let is_hidden =
-            |path: &crate::common::Subpath, n: usize| n.checked_sub(2).is_some_and(|i| path.is_hidden(i));
+            |path: &Subpath, n: usize| n.checked_sub(2).is_some_and(|i| path.is_hidden(i));
         is_hidden(&self.eye, t) || is_hidden(&self.light, s)
     }
 }
