@@ -192,15 +192,15 @@ impl<S: Shortcut> Path<S> {
         walk.previous.rival = Some((point.light_context(), s.pdf));
         walk.shortcut_from = None;
         walk.ray = point.spawn_ray(s.wi);
-        if self.survives(walk) { Event::Scattered } else { Event::End }
+        let depth = Roulette::depth_in_medium(walk.steps);
+        let paid = self.roulette.survive(depth, walk.carried, walk.eta_scale, walk.sampler);
+        if walk.pay(paid) { Event::Scattered } else { Event::End }
     }
 
     /// Russian roulette.
     fn survives(&self, walk: &mut Walker<'_>) -> bool {
-        let paid = self.roulette.survive(walk.steps, walk.carried, walk.eta_scale, walk.sampler);
-        walk.throughput *= paid.unwrap_or(0.0);
-        walk.carried *= paid.unwrap_or(0.0);
-        paid.is_some()
+        let paid = self.roulette.survive(walk.depth, walk.carried, walk.eta_scale, walk.sampler);
+        walk.pay(paid)
     }
 
     /// Light that the surface scatters towards where the walk came from, and the way on; false if there is none.

@@ -74,6 +74,13 @@ impl<'a> Walker<'a> {
         self.radiance.radiance(self.wl)
     }
 
+    /// What roulette pays the walk; false if it ends.
+    pub(crate) fn pay(&mut self, paid: Option<f32>) -> bool {
+        self.throughput *= paid.unwrap_or(0.0);
+        self.carried *= paid.unwrap_or(0.0);
+        paid.is_some()
+    }
+
     pub(crate) fn add(&mut self, light: Spectrum) {
         self.radiance.add(self.throughput * light, false);
     }

@@ -269,8 +269,7 @@ impl Subpaths {
 
     /// Are the ends of two walks under surfaces, so that nothing joins them?
     pub(crate) fn are_hidden(&self, s: usize, t: usize) -> bool {
-        let is_hidden =
-            |path: &Subpath, n: usize| n.checked_sub(2).is_some_and(|i| path.is_hidden(i));
+        let is_hidden = |path: &Subpath, n: usize| n.checked_sub(2).is_some_and(|i| path.is_hidden(i));
         is_hidden(&self.eye, t) || is_hidden(&self.light, s)
     }
 }

@@ -13,8 +13,15 @@ pub(crate) struct Roulette {
 /// From this many scattering events on, even a path that loses nothing may end: between perfect mirrors, and without a limit
 /// of depth, it would never return.
 const ENDLESS: u32 = 64;
+/// The same in media, where long walks are the rule.
+const ENDLESS_IN_MEDIA: u32 = 4096;
 
 impl Roulette {
+    /// The depth to ask with after a collision in a medium: long walks there come out in the end.
+    pub(crate) fn depth_in_medium(depth: u32) -> u32 {
+        if depth < ENDLESS_IN_MEDIA { depth.min(ENDLESS - 1) } else { depth }
+    }
+
     /// The factor on the throughput of a path that goes on, or `None` where it ends. `eta_scale` undoes the η² of
     /// refractions on the way, which a path gets back when it leaves the glass. Takes one number of the sampler.
     #[inline]

@@ -204,7 +204,11 @@ impl Walk<'_> {
         if on.throughput.is_black() {
             return false;
         }
-        let depth = path.vertices.len() as u32;
+        let n = path.vertices.len();
+        let depth = match path.vertices.last().is_some_and(|v| v.surface().is_none()) {
+            true => Roulette::depth_in_medium(n as u32),
+            false => path.events(n) as u32,
+        };
         let Some(paid) = self.roulette.survive(depth, on.carried, on.eta_scale, sampler) else {
             return false;
         };
