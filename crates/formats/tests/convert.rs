@@ -1,5 +1,5 @@
 //! What is written as pbrt-v4 reads back as it was.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::wildcard_enum_match_arm, reason = "tests")]
 
 mod common;
 

@@ -88,7 +88,7 @@ fn the_field_of_view_spans_the_width() {
     let CameraKind::Perspective { fov, .. } = s.camera.kind else { panic!("{:?}", s.camera.kind) };
     let [x0, x1, y0, y1] = s.camera.screen_window.unwrap();
     // 90° over 300 pixels: at distance one from −1 to 1, and a third of it in height.
-    let unit = (0.5 * fov.to_radians()).tan();
+    let unit = math::trig::tan(0.5 * fov.to_radians());
     for (found, expected) in [(x0, -1.0), (x1, 1.0), (y0, -1.0 / 3.0), (y1, 1.0 / 3.0)] {
         assert!((found * unit - expected).abs() < 1e-5, "{found} {unit} {expected}");
     }

@@ -56,6 +56,7 @@ impl<'t> Build<'t, '_, '_> {
         }
     }
 
+    #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     fn integrator_node(&mut self, node: &'t Node) {
         let mut parameters = BTreeMap::new();
         let mut max_depth = match self.integer_opt(node, "max_depth") {

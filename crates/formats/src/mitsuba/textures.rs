@@ -45,7 +45,7 @@ impl Affine {
     }
 
     /// Only the surface's v runs up.
-    fn from_upwards(self) -> Self {
+    fn of_upwards(self) -> Self {
         Self { u: self.u, v: -self.v, shift: self.shift + self.v }
     }
 
@@ -179,7 +179,7 @@ impl<'t> Build<'t, '_, '_> {
                 // Mitsuba's squares of numbers lie where its squares of colours have their gaps.
                 let (a, b) = if kind == TextureKind::Float { (b, a) } else { (a, b) };
                 // Their squares are half a unit wide.
-                let mapping = Some(self.to_uv(node).from_upwards().scaled(2.0).mapping());
+                let mapping = Some(self.uv_transform(node).of_upwards().scaled(2.0).mapping());
                 let texture_from_world = math::Transform::IDENTITY;
                 Some(TextureNode::Checkerboard { a, b, mapping, texture_from_world })
             }
@@ -224,7 +224,7 @@ impl<'t> Build<'t, '_, '_> {
     }
 
     /// What `to_uv` asks for, in Mitsuba's own direction of v.
-    fn to_uv(&mut self, node: &Node) -> Affine {
+    fn uv_transform(&mut self, node: &Node) -> Affine {
         let m = self.transform(node, "to_uv").matrix();
         let column = |c: math::DVec4| Vec2::new(c.x as f32, c.y as f32);
         // Nine numbers are a matrix of the plane, whose shift stands in the third column.
@@ -264,7 +264,7 @@ impl<'t> Build<'t, '_, '_> {
         let max_anisotropy = self.float(node, "max_anisotropy", 20.0);
         node.accept(&["format", "accel", "cache", "wrap_mode_u", "wrap_mode_v"]);
         let image = self.image(node, encoding)?;
-        let mapping = self.to_uv(node).upwards().mapping();
+        let mapping = self.uv_transform(node).upwards().mapping();
         Some(TextureNode::ImageMap {
             image,
             mapping,

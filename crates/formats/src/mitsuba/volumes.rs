@@ -28,6 +28,7 @@ pub(super) struct Grid {
 }
 
 /// A volume in its place.
+#[allow(clippy::large_enum_variant, reason = "a medium has two, for a moment")]
 #[derive(Clone, Debug)]
 pub(super) enum Volume {
     Constant([f32; 3]),

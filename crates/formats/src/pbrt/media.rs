@@ -3,7 +3,7 @@
 //! Coefficients by name are measured values in 1/mm, for R, G, B, of [Jensen2001] and [Narasimhan2006], as pbrt-v4
 //! lists them. Coefficients are per unit of world space, whatever a medium's transform.
 //!
-//! Departs from pbrt-v4: what a grid of colours emits is measured as a light's colour is. Left out: NanoVDB files.
+//! Departs from pbrt-v4: what a grid of colours emits is measured as a light's colour is. Left out: `NanoVDB` files.
 
 use std::sync::Arc;
 

@@ -21,6 +21,7 @@ impl Writer<'_, '_, '_> {
         Ok(())
     }
 
+    #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     fn light(&mut self, p: &mut Params, light: &LightDesc) -> Result<&'static str, WriteError> {
         let span = light.span;
         let optional = |p: &mut Params, name: &str, x: Option<f32>| {

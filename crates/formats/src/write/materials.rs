@@ -53,6 +53,7 @@ impl Writer<'_, '_, '_> {
                 p.string("filename", &name);
                 "measured"
             }
+            #[allow(clippy::wildcard_enum_match_arm, reason = "the rest are surfaces, all named there")]
             kind => self.surface(p, kind, span),
         })
     }

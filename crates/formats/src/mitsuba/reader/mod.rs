@@ -278,6 +278,7 @@ impl Reader<'_, '_> {
         }
     }
 
+    #[allow(clippy::too_many_arguments, reason = "what an element is, and where it stands")]
     fn object(
         &mut self,
         xml: Xml<'_>,
