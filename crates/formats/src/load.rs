@@ -4,7 +4,7 @@ use std::path::Path;
 
 use scene_desc::{SceneDesc, Sink, Span};
 
-use crate::{mitsuba, pbrt};
+use crate::{gltf, mitsuba, pbrt};
 
 /// What a file seems to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,24 +32,17 @@ pub fn load_with(path: &Path, defines: &[(String, String)], sink: &mut Sink) -> 
     match format {
         Format::Pbrt => pbrt::load(path, sink),
         Format::Mitsuba => mitsuba::load(path, defines, sink),
-        Format::Gltf => not_there_yet(path, "glTF", sink),
+        Format::Gltf => gltf::load(path, sink),
         Format::Unknown => {
             let span = Span::file(sink.add_source(path));
             let message = match std::fs::metadata(path) {
                 Ok(_) => "not a scene file that is known".to_owned(),
                 Err(e) => format!("cannot be read: {e}"),
             };
-            sink.error(span, message).hint("scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)");
+            sink.error(span, message).hint("scenes end in .pbrt, .pbrt.gz, .xml (Mitsuba), .gltf or .glb");
             None
         }
     }
-}
-
-fn not_there_yet(path: &Path, what: &str, sink: &mut Sink) -> Option<SceneDesc> {
-    let span = Span::file(sink.add_source(path));
-    sink.error(span, format!("the reader for {what} is not there yet"))
-        .hint("scenes of pbrt (.pbrt, .pbrt.gz) and Mitsuba (.xml) can be read");
-    None
 }
 
 fn format_of(path: &Path) -> Format {

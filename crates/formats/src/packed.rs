@@ -106,7 +106,14 @@ mod tests {
         std::fs::write(&path, bytes).unwrap();
         let (encoding, space) = (ImageEncoding::Auto, ColorSpaceName::Srgb);
         SceneDesc {
-            images: vec![ImageDesc { path, encoding, space, span: Span::NONE }],
+            images: vec![ImageDesc {
+                path,
+                encoding,
+                space,
+                channel: None,
+                embedded: None,
+                span: Span::NONE,
+            }],
             ..SceneDesc::default()
         }
     }

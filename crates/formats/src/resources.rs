@@ -39,9 +39,11 @@ pub(crate) fn readable(path: &Path) -> Result<(), String> {
 
 /// The hashes of all images, in order; what cannot be read is reported.
 pub(crate) fn hash_images(images: &[ImageDesc], report: &mut Report<'_>) -> Vec<u64> {
+    // What is part of another file is in that file's hash.
+    let images: Vec<&ImageDesc> = images.iter().filter(|i| i.embedded.is_none()).collect();
     let hashes: Vec<_> = images.par_iter().map(|i| source::hash(&i.path)).collect();
     let mut good = Vec::new();
-    for (image, hash) in images.iter().zip(hashes) {
+    for (image, hash) in images.into_iter().zip(hashes) {
         match hash {
             Ok(hash) => good.push(hash),
             Err(e) => {

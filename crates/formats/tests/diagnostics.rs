@@ -48,14 +48,14 @@ fn files_that_are_no_scene() {
       hint: it is read as version 3.0.0: add version="3.0.0"
     scene.xml:1:1: error: the scene has no sensor
       hint: add <sensor type="perspective"> …
-    scene.gltf: error: the reader for glTF is not there yet
-      hint: scenes of pbrt (.pbrt, .pbrt.gz) and Mitsuba (.xml) can be read
+    scene.gltf: error: glTF version ``: only 2.0 can be read
+      hint: asset.version says it; export the scene again as glTF 2.0
     notes.txt: error: not a scene file that is known
-      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
+      hint: scenes end in .pbrt, .pbrt.gz, .xml (Mitsuba), .gltf or .glb
     absent.txt: error: cannot be read: No such file or directory (os error 2)
-      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
+      hint: scenes end in .pbrt, .pbrt.gz, .xml (Mitsuba), .gltf or .glb
     .: error: not a scene file that is known
-      hint: scenes end in .pbrt, .pbrt.gz or .xml (Mitsuba)
+      hint: scenes end in .pbrt, .pbrt.gz, .xml (Mitsuba), .gltf or .glb
     "#);
 }
 

@@ -59,6 +59,8 @@ pub fn prototypes() -> Prototypes {
             path: "".into(),
             encoding: ImageEncoding::default(),
             space: ColorSpaceName::default(),
+            channel: None,
+            embedded: None,
             span: Span::NONE,
         },
         MediumKind: media(),

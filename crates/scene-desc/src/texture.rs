@@ -1,6 +1,7 @@
 //! Values that vary over surfaces.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -204,6 +205,10 @@ pub struct ImageDesc {
     pub encoding: ImageEncoding,
     /// In which primaries, where the file does not say.
     pub space: ColorSpaceName,
+    /// The only channel that is used, from 0; one that the image does not have is one everywhere. `None`: all of them.
+    pub channel: Option<u8>,
+    /// The bytes of the file, if it is part of another; `path` is then only its name.
+    pub embedded: Option<Arc<[u8]>>,
     /// Who first asked for it.
     #[serde(skip)]
     pub span: Span,

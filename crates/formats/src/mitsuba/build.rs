@@ -345,7 +345,14 @@ impl<'t> Build<'t, '_, '_> {
         }
         let id = ImageId(u32::try_from(self.scene.images.len()).unwrap_or(u32::MAX));
         let space = scene_desc::ColorSpaceName::Srgb;
-        self.scene.images.push(ImageDesc { path: path.to_owned(), encoding, space, span });
+        self.scene.images.push(ImageDesc {
+            path: path.to_owned(),
+            encoding,
+            space,
+            channel: None,
+            embedded: None,
+            span,
+        });
         self.images.insert(key, id);
         Some(id)
     }

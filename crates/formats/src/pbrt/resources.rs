@@ -37,7 +37,14 @@ impl Build<'_, '_> {
             return None;
         }
         let id = ImageId(u32::try_from(self.scene.images.len()).unwrap_or(u32::MAX));
-        self.scene.images.push(ImageDesc { path, encoding, space: ColorSpaceName::Srgb, span });
+        self.scene.images.push(ImageDesc {
+            path,
+            encoding,
+            space: ColorSpaceName::Srgb,
+            channel: None,
+            embedded: None,
+            span,
+        });
         self.images.insert(key, id);
         Some(id)
     }

@@ -560,6 +560,8 @@ mod tests {
             path,
             encoding: ImageEncoding::Auto,
             space: scene_desc::ColorSpaceName::Srgb,
+            channel: None,
+            embedded: None,
             span: Span::NONE,
         };
         SceneDesc { textures: vec![node], images: vec![desc], ..SceneDesc::default() }

@@ -46,11 +46,13 @@ impl Images {
     pub(super) fn load(descs: &[ImageDesc], uses: &[ImageUse], sink: &mut Sink) -> Self {
         // Each file once, however many images it is.
         let used = || descs.iter().zip(uses).filter(|(_, u)| **u > ImageUse::None);
-        let paths: BTreeMap<&Path, ()> = used().map(|(d, _)| (d.path.as_path(), ())).collect();
-        let paths: Vec<&Path> = paths.into_keys().collect();
-        let decoded: Vec<Result<Decoded, String>> = paths.par_iter().map(|p| decode(p)).collect();
+        let files: BTreeMap<&Path, Option<&[u8]>> =
+            used().map(|(d, _)| (d.path.as_path(), d.embedded.as_deref())).collect();
+        let files: Vec<(&Path, Option<&[u8]>)> = files.into_iter().collect();
+        let decoded: Vec<Result<Decoded, String>> =
+            files.par_iter().map(|(path, embedded)| decode(path, *embedded)).collect();
         let file = |desc: &ImageDesc| {
-            let index = paths.binary_search(&desc.path.as_path()).ok()?;
+            let index = files.binary_search_by_key(&desc.path.as_path(), |f| f.0).ok()?;
             Some(&decoded[index])
         };
 
@@ -102,7 +104,11 @@ impl Decoded {
             ImageEncoding::Linear => TransferFunction::Linear,
             ImageEncoding::Gamma(g) => TransferFunction::Gamma(g),
         };
-        let texels = match &self.samples {
+        let (own, channels) = match desc.channel {
+            Some(channel) => (Some(self.channel(usize::from(channel))), 1),
+            None => (None, self.channels),
+        };
+        let texels = match own.as_ref().unwrap_or(&self.samples) {
             Samples::Bytes(data) => Texels::Bytes { data: Arc::clone(data), curve: curves.get(transfer) },
             Samples::Words(words) => {
                 let table: Vec<f32> =
@@ -112,8 +118,30 @@ impl Decoded {
             Samples::Halves(data) => Texels::Halves(Arc::clone(data)),
             Samples::Floats(data) => Texels::Floats(Arc::clone(data)),
         };
-        TextureImage::new(self.size, self.channels, texels, color_space(desc.space))
+        TextureImage::new(self.size, channels, texels, color_space(desc.space))
     }
+}
+
+impl Decoded {
+    /// One channel alone; in grey images all colours are the one that there is, and alpha is one.
+    fn channel(&self, channel: usize) -> Samples {
+        let alpha = channel == 3;
+        let at = match self.channels {
+            1 if !alpha => Some(0),
+            n => Some(channel).filter(|c| *c < n),
+        };
+        match &self.samples {
+            Samples::Bytes(v) => Samples::Bytes(one_channel(v, self.channels, at, u8::MAX).into()),
+            Samples::Words(v) => Samples::Words(one_channel(v, self.channels, at, u16::MAX)),
+            Samples::Halves(v) => Samples::Halves(one_channel(v, self.channels, at, f16::ONE).into()),
+            Samples::Floats(v) => Samples::Floats(one_channel(v, self.channels, at, 1.0).into()),
+        }
+    }
+}
+
+/// Channel `at` of `n`; `one` everywhere if there is none.
+fn one_channel<T: Copy>(data: &[T], n: usize, at: Option<usize>, one: T) -> Vec<T> {
+    data.chunks_exact(n).map(|pixel| at.map_or(one, |at| pixel[at])).collect()
 }
 
 /// The common curves of bytes, shared by all images.
@@ -147,8 +175,12 @@ fn black() -> TextureImage {
 }
 
 /// Reads a file. The cause's causes are part of the message.
-fn decode(path: &Path) -> Result<Decoded, String> {
-    let buffer = image::load(path).map_err(|e| chain(&e))?;
+fn decode(path: &Path, embedded: Option<&[u8]>) -> Result<Decoded, String> {
+    let buffer = match embedded {
+        Some(bytes) => image::decode(bytes, None),
+        None => image::load(path),
+    };
+    let buffer = buffer.map_err(|e| chain(&e))?;
     let n = buffer.layout().count();
     let keep = match buffer.layout() {
         ChannelLayout::La => 1,
@@ -203,6 +235,8 @@ mod tests {
             path,
             encoding,
             space: ColorSpaceName::Srgb,
+            channel: None,
+            embedded: None,
             span: Span { file: None, line: 7, column: 1 },
         }
     }

@@ -1,0 +1,408 @@
+//! Materials, textures and what surfaces emit.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use math::{Vec2, trig};
+use scene_desc::{
+    AreaLightDesc, ColorSpaceName, FloatInput, Illuminant, ImageDesc, ImageEncoding, ImageFilter, ImageId,
+    IndexOfRefraction, Mapping2d, MaterialDesc, MaterialId, MaterialKind, MediumDesc, MediumId, MediumKind,
+    MetallicRoughnessDesc, PhaseDesc, SceneDesc, SpectrumDesc, SpectrumInput, TextureDesc, TextureId,
+    TextureInput, TextureKind, TextureNode, WrapMode,
+};
+
+use super::container::{Container, beside, bytes_of};
+use super::json_material::{Material, MaterialExtensions, TextureInfo, TextureTransform};
+use crate::report::Report;
+use crate::resources::readable;
+
+/// What a material becomes.
+#[derive(Clone)]
+pub(super) struct Look {
+    pub(super) material: MaterialId,
+    pub(super) area_light: Option<AreaLightDesc>,
+    /// What is inside of the surface.
+    pub(super) medium: Option<MediumId>,
+    /// Which texture coordinates its textures use.
+    pub(super) uv_set: usize,
+}
+
+/// Makes looks.
+pub(super) struct Materials<'a, 'r, 's> {
+    pub(super) file: &'a Container,
+    pub(super) scene: &'a mut SceneDesc,
+    pub(super) report: &'r mut Report<'s>,
+    pub(super) hashes: Vec<u64>,
+    images: BTreeMap<(usize, bool, Option<u8>), Option<ImageId>>,
+    /// Of the material in the making.
+    name: String,
+    uv_set: usize,
+}
+
+impl<'a, 'r, 's> Materials<'a, 'r, 's> {
+    pub(super) fn new(file: &'a Container, scene: &'a mut SceneDesc, report: &'r mut Report<'s>) -> Self {
+        Self {
+            file,
+            scene,
+            report,
+            hashes: Vec::new(),
+            images: BTreeMap::new(),
+            name: String::new(),
+            uv_set: 0,
+        }
+    }
+
+    /// All looks of the file, and after them the default one.
+    pub(super) fn all(&mut self) -> Vec<Look> {
+        let file = self.file;
+        let default = Material::default();
+        file.root.materials.iter().chain([&default]).map(|m| self.look(m)).collect()
+    }
+
+    fn look(&mut self, m: &Material) -> Look {
+        self.name.clone_from(&m.name);
+        let x = &m.extensions;
+        let pbr = &m.pbr_metallic_roughness;
+        let textures = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &m.emissive_texture];
+        self.uv_set = textures.into_iter().flatten().next().or(m.normal_texture.as_ref()).map_or(0, set_of);
+        for (unknown, name) in
+            [(&x.iridescence, "KHR_materials_iridescence"), (&x.dispersion, "KHR_materials_dispersion")]
+        {
+            if unknown.is_some() {
+                self.warn(format!("{name} is not rendered"));
+            }
+        }
+        let medium = self.medium(x);
+        let kind = match &x.unlit {
+            Some(_) => MaterialKind::Diffuse { reflectance: SpectrumDesc::Constant(0.0).into() },
+            None => MaterialKind::MetallicRoughness(Box::new(self.surface(m))),
+        };
+        let alpha = || m.alpha_mode == "MASK" || m.alpha_mode == "BLEND";
+        let opacity = alpha().then(|| self.number(&pbr.base_color_texture, 3, pbr.base_color_factor[3]));
+        let normal_map = m.normal_texture.as_ref().and_then(|t| self.plain_image(t, "normal map", false));
+        let desc = MaterialDesc {
+            name: m.name.clone(),
+            normal_map,
+            opacity: opacity.filter(|o| *o != FloatInput::Constant(1.0)),
+            ..MaterialDesc::new(kind, self.file.span)
+        };
+        let material = MaterialId(self.scene.materials.len() as u32);
+        self.scene.materials.push(desc);
+        Look { material, area_light: self.emission(m), medium, uv_set: self.uv_set }
+    }
+
+    fn surface(&mut self, m: &Material) -> MetallicRoughnessDesc {
+        let (pbr, x) = (&m.pbr_metallic_roughness, &m.extensions);
+        let [r, g, b, _] = pbr.base_color_factor;
+        let mut desc = MetallicRoughnessDesc {
+            base_color: self.color(&pbr.base_color_texture, [r, g, b]),
+            metallic: self.number(&pbr.metallic_roughness_texture, 2, pbr.metallic_factor),
+            roughness: self.number(&pbr.metallic_roughness_texture, 1, pbr.roughness_factor),
+            ..MetallicRoughnessDesc::default()
+        };
+        if let Some(ior) = x.ior.as_ref().and_then(|i| i.ior) {
+            // 0 stands for perfect reflection: as near to it as an index can be.
+            desc.eta = IndexOfRefraction::Constant(if ior >= 1.0 { ior } else { 1e3 });
+        }
+        if let Some(s) = &x.specular {
+            desc.specular = self.number(&s.specular_texture, 3, s.specular_factor.unwrap_or(1.0));
+            let factor = s.specular_color_factor.unwrap_or([1.0; 3]);
+            desc.specular_color = self.color(&s.specular_color_texture, factor);
+        }
+        if let Some(a) = &x.anisotropy {
+            desc.anisotropy = self.number(&a.anisotropy_texture, 2, a.anisotropy_strength);
+            desc.anisotropy_rotation = a.anisotropy_rotation.into();
+            if a.anisotropy_texture.is_some() {
+                self.warn(
+                    "the directions of its anisotropy texture are not used, its strength is".to_owned(),
+                );
+            }
+        }
+        if let Some(s) = &x.sheen {
+            desc.sheen_color = self.color(&s.sheen_color_texture, s.sheen_color_factor);
+            desc.sheen_roughness = self.number(&s.sheen_roughness_texture, 3, s.sheen_roughness_factor);
+        }
+        if let Some(c) = &x.clearcoat {
+            desc.clearcoat = self.number(&c.clearcoat_texture, 0, c.clearcoat_factor);
+            let roughness = c.clearcoat_roughness_factor;
+            desc.clearcoat_roughness = self.number(&c.clearcoat_roughness_texture, 1, roughness);
+            if c.clearcoat_normal_texture.is_some() {
+                self.warn(
+                    "its coat has the normals of its base: clearcoatNormalTexture is not used".to_owned(),
+                );
+            }
+        }
+        if let Some(t) = &x.transmission {
+            desc.transmission = self.number(&t.transmission_texture, 0, t.transmission_factor);
+        }
+        if let Some(d) = &x.diffuse_transmission {
+            let factor = d.diffuse_transmission_factor;
+            desc.diffuse_transmission = self.number(&d.diffuse_transmission_texture, 3, factor);
+            let color = d.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
+            desc.diffuse_transmission_color = self.color(&d.diffuse_transmission_color_texture, color);
+        }
+        desc.thin_walled = x.volume.as_ref().is_none_or(|v| v.thickness_factor <= 0.0);
+        desc
+    }
+
+    /// What absorbs light inside of a surface with `KHR_materials_volume`.
+    fn medium(&mut self, x: &MaterialExtensions) -> Option<MediumId> {
+        let volume = x.volume.as_ref().filter(|v| v.thickness_factor > 0.0)?;
+        x.transmission.as_ref()?;
+        let distance = volume.attenuation_distance.filter(|d| d.is_finite() && *d > 0.0)?;
+        // What is left of white after the distance is the colour.
+        let color = volume.attenuation_color.unwrap_or([1.0; 3]);
+        let sigma_a = color.map(|c| -trig::ln(c.clamp(1e-6, 1.0)) / distance);
+        let kind = MediumKind::Homogeneous {
+            sigma_a: SpectrumDesc::srgb(sigma_a),
+            sigma_s: SpectrumDesc::Constant(0.0),
+            le: None,
+            scale: 1.0,
+            le_scale: 1.0,
+        };
+        let (name, span) = (self.name.clone(), self.file.span);
+        let world_from_medium = math::Transform::IDENTITY;
+        self.scene.media.push(MediumDesc {
+            name,
+            kind,
+            phase: PhaseDesc::Isotropic,
+            world_from_medium,
+            span,
+        });
+        Some(MediumId(self.scene.media.len() as u32 - 1))
+    }
+
+    fn emission(&mut self, m: &Material) -> Option<AreaLightDesc> {
+        let (factor, texture, strength) = match &m.extensions.unlit {
+            Some(_) => {
+                let pbr = &m.pbr_metallic_roughness;
+                let [r, g, b, _] = pbr.base_color_factor;
+                ([r, g, b], &pbr.base_color_texture, 1.0)
+            }
+            None => {
+                let strength = m.extensions.strength.as_ref().and_then(|s| s.emissive_strength);
+                (m.emissive_factor, &m.emissive_texture, strength.unwrap_or(1.0))
+            }
+        };
+        let most = factor.iter().fold(0.0_f32, |a, &b| a.max(b));
+        if most * strength <= 0.0 {
+            return None;
+        }
+        let image = texture.as_ref().and_then(|t| self.plain_image(t, "emission", true));
+        let (spectrum, scale) = match image {
+            Some(_) => {
+                if factor.iter().any(|&c| c != most) {
+                    self.warn(
+                        "the colour of its emission is that of its texture; the factor's is not used"
+                            .to_owned(),
+                    );
+                }
+                (SpectrumDesc::srgb([1.0; 3]), most * strength)
+            }
+            None => (SpectrumDesc::srgb(factor), strength),
+        };
+        Some(AreaLightDesc {
+            radiance: Illuminant { spectrum, scale, normalize: false },
+            image,
+            two_sided: m.double_sided,
+            power: None,
+            span: self.file.span,
+        })
+    }
+
+    fn warn(&mut self, message: String) {
+        let message = format!("material `{}`: {message}", self.name);
+        if self.report.first(&message) {
+            self.report.warning(self.file.span, message);
+        }
+    }
+
+    /// A factor, times channel `channel` of a texture.
+    fn number(&mut self, texture: &Option<TextureInfo>, channel: u8, factor: f32) -> FloatInput {
+        let node = texture.as_ref().and_then(|t| self.image_node(t, false, Some(channel), factor));
+        match node {
+            Some(node) => FloatInput::Texture(self.texture(TextureKind::Float, node)),
+            None => factor.into(),
+        }
+    }
+
+    /// A colour, times that of a texture.
+    fn color(&mut self, texture: &Option<TextureInfo>, factor: [f32; 3]) -> SpectrumInput {
+        let even = factor[0] == factor[1] && factor[1] == factor[2];
+        let scale = if even { factor[0] } else { 1.0 };
+        let node = texture.as_ref().and_then(|t| self.image_node(t, true, None, scale));
+        let Some(node) = node else { return SpectrumDesc::srgb(factor).into() };
+        let image = self.texture(TextureKind::Spectrum, node);
+        if even {
+            return SpectrumInput::Texture(image);
+        }
+        // The product of two colours is a mixture of the image's own channels.
+        let product = self.tinted(texture, factor);
+        SpectrumInput::Texture(product.unwrap_or(image))
+    }
+
+    /// A texture times a colour: the sum of its channels, each as a factor of its primary.
+    fn tinted(&mut self, texture: &Option<TextureInfo>, factor: [f32; 3]) -> Option<TextureId> {
+        let info = texture.as_ref()?;
+        let mut sum: Option<TextureId> = None;
+        for c in 0..3_u8 {
+            let node = self.image_node(info, true, Some(c), if sum.is_some() { 2.0 } else { 1.0 })?;
+            let channel = self.texture(TextureKind::Float, node);
+            let mut primary = [0.0; 3];
+            primary[usize::from(c)] = factor[usize::from(c)];
+            let tex = TextureInput::Spectrum(SpectrumDesc::srgb(primary));
+            let scaled = TextureNode::Scale { tex, scale: FloatInput::Texture(channel) };
+            let scaled = self.texture(TextureKind::Spectrum, scaled);
+            sum = Some(match sum {
+                None => scaled,
+                Some(before) => {
+                    // (2a)/2 + (2b)/2: sums are mixtures of doubled parts.
+                    let doubled =
+                        TextureNode::Scale { tex: TextureInput::Texture(before), scale: 2.0.into() };
+                    let a = TextureInput::Texture(self.texture(TextureKind::Spectrum, doubled));
+                    let b = TextureInput::Texture(scaled);
+                    self.texture(TextureKind::Spectrum, TextureNode::Mix { a, b, amount: 0.5.into() })
+                }
+            });
+        }
+        sum
+    }
+
+    fn texture(&mut self, kind: TextureKind, node: TextureNode) -> TextureId {
+        self.scene.textures.push(TextureDesc { name: String::new(), kind, node, span: self.file.span });
+        TextureId(self.scene.textures.len() as u32 - 1)
+    }
+
+    fn image_node(
+        &mut self,
+        info: &TextureInfo,
+        srgb: bool,
+        channel: Option<u8>,
+        scale: f32,
+    ) -> Option<TextureNode> {
+        if set_of(info) != self.uv_set {
+            self.warn("its textures use two sets of coordinates: all are laid by the first one's".to_owned());
+        }
+        let image = self.image(info, srgb, channel)?;
+        let sampler = self.file.root.textures.get(info.index).and_then(|t| t.sampler);
+        let sampler = sampler.and_then(|s| self.file.root.samplers.get(s));
+        let wrap = |mode: Option<u32>| match mode {
+            Some(33071) => WrapMode::Clamp,
+            Some(33648) => WrapMode::Mirror,
+            _ => WrapMode::Repeat,
+        };
+        let (s, t) = (wrap(sampler.and_then(|s| s.wrap_s)), wrap(sampler.and_then(|s| s.wrap_t)));
+        if s != t {
+            self.warn(format!(
+                "a texture wraps as {s:?} along s and as {t:?} along t: {s:?} is used for both"
+            ));
+        }
+        let filter = match sampler.map(|s| (s.mag_filter, s.min_filter)) {
+            Some((Some(9728), _)) => ImageFilter::Point,
+            Some((_, Some(9728 | 9729))) => ImageFilter::Bilinear,
+            _ => ImageFilter::Trilinear,
+        };
+        let mapping = mapping(info.extensions.transform.as_ref());
+        Some(TextureNode::ImageMap {
+            image,
+            mapping,
+            wrap: s,
+            filter,
+            max_anisotropy: 8.0,
+            scale,
+            invert: false,
+        })
+    }
+
+    /// An image where no more than an image can be used.
+    fn plain_image(&mut self, info: &TextureInfo, what: &str, srgb: bool) -> Option<ImageId> {
+        if info.extensions.transform.is_some() || set_of(info) != self.uv_set || info.scale != 1.0 {
+            self.warn(format!("its {what} is laid as the surface's coordinates are, at full strength"));
+        }
+        self.image(info, srgb, None)
+    }
+
+    fn image(&mut self, info: &TextureInfo, srgb: bool, channel: Option<u8>) -> Option<ImageId> {
+        // Alpha is never encoded.
+        let srgb = srgb && channel != Some(3);
+        let Some(source) = self.file.root.textures.get(info.index).and_then(|t| t.source) else {
+            self.warn(format!("texture {} has no image that can be read", info.index));
+            return None;
+        };
+        let key = (source, srgb, channel);
+        if let Some(image) = self.images.get(&key) {
+            return *image;
+        }
+        let made = self.new_image(source, srgb, channel);
+        self.images.insert(key, made);
+        made
+    }
+
+    fn new_image(&mut self, source: usize, srgb: bool, channel: Option<u8>) -> Option<ImageId> {
+        let found = self.find_image(source);
+        let (path, embedded) = match found {
+            Ok(found) => found,
+            Err(e) => {
+                if self.report.first(&format!("image {source}")) {
+                    self.report.error(self.file.span, format!("image {source} cannot be read: {e}"));
+                }
+                return None;
+            }
+        };
+        let encoding = if srgb { ImageEncoding::Srgb } else { ImageEncoding::Linear };
+        let (space, span) = (ColorSpaceName::Srgb, self.file.span);
+        self.scene.images.push(ImageDesc { path, encoding, space, channel, embedded, span });
+        Some(ImageId(self.scene.images.len() as u32 - 1))
+    }
+
+    fn find_image(&mut self, source: usize) -> Result<(PathBuf, Option<Arc<[u8]>>), String> {
+        let image = self.file.root.images.get(source).ok_or("there is none of this number")?;
+        let inside = || PathBuf::from(format!("{}#image{source}", self.file.path.display()));
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) if uri.starts_with("data:") => {
+                Ok((inside(), Some(bytes_of(&self.file.path, uri, &mut self.hashes)?.into())))
+            }
+            (Some(uri), _) => {
+                let path = beside(&self.file.path, uri);
+                readable(&path).map_err(|e| format!("{uri}: {e}"))?;
+                Ok((path, None))
+            }
+            (None, Some(view)) => Ok((inside(), Some(self.file.view(view)?.into()))),
+            (None, None) => Err("neither a file nor a buffer view".to_owned()),
+        }
+    }
+}
+
+fn set_of(info: &TextureInfo) -> usize {
+    info.extensions.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord)
+}
+
+/// `KHR_texture_transform` for coordinates whose second runs upwards, as ours do and glTF's do not.
+fn mapping(transform: Option<&TextureTransform>) -> Mapping2d {
+    let Some(t) = transform else { return Mapping2d::default() };
+    let (sin, cos) = trig::sin_cos(t.rotation);
+    let ([x, y], [sx, sy]) = (t.offset, t.scale);
+    Mapping2d::Affine {
+        u: Vec2::new(cos * sx, sin * sx),
+        v: Vec2::new(-sin * sy, cos * sy),
+        shift: Vec2::new(x + sin * sy, 1.0 - y - cos * sy),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transform_of_textures_is_the_same_upside_down() {
+        let t = TextureTransform { offset: [0.25, 0.5], rotation: 0.7, scale: [2.0, 3.0], tex_coord: None };
+        let Mapping2d::Affine { u, v, shift } = mapping(Some(&t)) else { panic!("affine") };
+        let (sin, cos) = trig::sin_cos(0.7);
+        for (x, y) in [(0.0, 0.0), (0.3, 0.9), (1.0, 0.2)] {
+            let theirs = [0.25 + cos * 2.0 * x + sin * 3.0 * y, 0.5 - sin * 2.0 * x + cos * 3.0 * y];
+            let ours = u * x + v * (1.0 - y) + shift;
+            assert!((ours.x - theirs[0]).abs() < 1e-5 && (1.0 - ours.y - theirs[1]).abs() < 1e-5);
+        }
+    }
+}
