@@ -110,7 +110,7 @@ pub struct SceneDesc {
 impl SceneDesc {
     /// The paths of all files that are read when the scene is compiled.
     pub fn files_mut(&mut self) -> Vec<&mut std::path::PathBuf> {
-        let images = self.images.iter_mut().map(|i| &mut i.path);
+        let images = self.images.iter_mut().filter(|i| i.embedded.is_none()).map(|i| &mut i.path);
         let measured = self.materials.iter_mut().filter_map(|m| {
             if let MaterialKind::Measured { path } = &mut m.kind { Some(path) } else { None }
         });

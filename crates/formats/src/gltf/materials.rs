@@ -358,7 +358,7 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
 
     fn find_image(&mut self, source: usize) -> Result<(PathBuf, Option<Arc<[u8]>>), String> {
         let image = self.file.root.images.get(source).ok_or("there is none of this number")?;
-        let inside = || PathBuf::from(format!("{}#image{source}", self.file.path.display()));
+        let inside = || PathBuf::from(format!("#image{source}"));
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) if uri.starts_with("data:") => {
                 Ok((inside(), Some(bytes_of(&self.file.path, uri, &mut self.hashes)?.into())))
