@@ -30,6 +30,7 @@ impl Writer<'_, '_, '_> {
         Ok(())
     }
 
+    #[allow(clippy::wildcard_enum_match_arm, reason = "the rest are surfaces, all named there")]
     fn material(&mut self, p: &mut Params, m: &MaterialDesc) -> Result<&'static str, WriteError> {
         let span = m.span;
         Ok(match &m.kind {
@@ -53,7 +54,6 @@ impl Writer<'_, '_, '_> {
                 p.string("filename", &name);
                 "measured"
             }
-            #[allow(clippy::wildcard_enum_match_arm, reason = "the rest are surfaces, all named there")]
             kind => self.surface(p, kind, span),
         })
     }
