@@ -8,6 +8,7 @@
 from . import cluster, errors, kinds
 from ._api import integrators, render, resume
 from ._image import Image, diff, merge, read
+from ._lowlevel import Bsdf, Estimate, Hits, Sampler, Surfaces, estimate, warp
 from ._native import __version__
 from ._scene import Scene, load
 from ._transforms import look_at, rotate, scale, translate
@@ -24,20 +25,26 @@ from .errors import (
 from .kinds import *  # noqa: F403
 
 __all__ = [
+    "Bsdf",
+    "Estimate",
     "FilmError",
     "FilmTooLargeError",
+    "Hits",
     "Image",
     "OutputError",
     "ParameterError",
     "ResumeError",
+    "Sampler",
     "Scene",
     "SceneError",
     "SceneWarning",
     "SteradianError",
+    "Surfaces",
     "__version__",
     "cluster",
     "diff",
     "errors",
+    "estimate",
     "integrators",
     "kinds",
     "load",
@@ -49,5 +56,6 @@ __all__ = [
     "rotate",
     "scale",
     "translate",
+    "warp",
     *kinds.__all__,
 ]

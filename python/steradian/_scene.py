@@ -7,12 +7,18 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native, _schema
 from ._describe import Lowering, raised
 from .errors import SceneError
 from .kinds import CLASSES, Described
+
+if TYPE_CHECKING:
+    from ._lowlevel import Hits, Surfaces
 
 Thing = Described | Mapping[str, Any]
 
@@ -225,6 +231,60 @@ class Scene:
     def content_hash(self) -> str:
         """A hash of all that makes the scene: the same scene, the same hash, on every machine."""
         return self._native.content_hash()
+
+    def intersect(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_max: ArrayLike | None = None,
+        time: float = 0.0,
+        threads: int | None = None,
+    ) -> Hits:
+        """Nearest hits of rays, arrays of shape (n, 3); float32 without a copy. Directions need not be unit; t is a distance.
+
+        A ray that is not finite or has no direction hits nothing.
+        """
+        from ._lowlevel import Hits, _ends, _rows
+
+        o, d = _rows(origins, 3), _rows(directions, 3)
+        found = self._native.intersect(o, d, _ends(t_max, len(o)), time, threads)
+        ids = found["ids"]
+        return Hits(found["t"], found["uv"], ids[:, 0], ids[:, 1], ids[:, 2])
+
+    def occluded(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_max: ArrayLike | None = None,
+        time: float = 0.0,
+        threads: int | None = None,
+    ) -> NDArray[np.bool_]:
+        """Is anything opaque along the rays before `t_max`? (n,)"""
+        from ._lowlevel import _ends, _rows
+
+        o, d = _rows(origins, 3), _rows(directions, 3)
+        return self._native.occluded(o, d, _ends(t_max, len(o)), time, threads)
+
+    def surfaces(self, origins: ArrayLike, directions: ArrayLike, *, t_max: ArrayLike | None = None) -> Surfaces:
+        """The surfaces that rays meet first."""
+        from ._lowlevel import Surfaces, _ends, _rows
+
+        o, d = _rows(origins, 3), _rows(directions, 3)
+        return Surfaces(self._native.surfaces(o, d, _ends(t_max, len(o))))
+
+    def background(self, directions: ArrayLike) -> NDArray[np.float32]:
+        """Radiance of infinite lights seen along directions, (n, 3), RGB."""
+        from ._lowlevel import _rows
+
+        return self._native.background(_rows(directions, 3))
+
+    def camera_rays(self, raster: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Rays through places on the film, (n, 2) in pixels: origins and directions. Pixel (i, j) is [i, i+1) x [j, j+1)."""
+        from ._lowlevel import _rows
+
+        return self._native.camera_rays(_rows(raster, 2))
 
     def __repr__(self) -> str:
         n = self._native.len

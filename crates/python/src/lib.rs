@@ -10,8 +10,11 @@ mod errors;
 mod film;
 mod geometry;
 mod progress;
+mod rays;
 mod run;
+mod samples;
 mod scene;
+mod surfaces;
 
 use pyo3::prelude::*;
 
@@ -22,6 +25,9 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<scene::Scene>()?;
     m.add_class::<film::Film>()?;
     m.add_class::<geometry::Geometry>()?;
+    m.add_class::<surfaces::Surfaces>()?;
+    m.add_function(wrap_pyfunction!(samples::samples, m)?)?;
+    m.add_function(wrap_pyfunction!(samples::warp_array, m)?)?;
     m.add_function(wrap_pyfunction!(edit::schema, m)?)?;
     m.add_function(wrap_pyfunction!(command, m)?)?;
     m.add_function(wrap_pyfunction!(run::render_scene, m)?)?;
