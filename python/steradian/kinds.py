@@ -1300,6 +1300,11 @@ class ImageFile(Described):
     """How its numbers are to be read."""
     space: str = 'srgb'
     """In which primaries, where the file does not say."""
+    channel: int | None = None
+    """The only channel that is used, from 0; one that the image does not have is one everywhere. `None`: all of
+    them."""
+    embedded: Sequence[Any] | None = None
+    """The bytes of the file, if it is part of another; `path` is then only its name."""
 
 
 @dataclass(frozen=True)
