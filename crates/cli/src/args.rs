@@ -47,7 +47,7 @@ pub(crate) enum Command {
 /// What decides which scene is compiled.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene file (.pbrt, .pbrt.gz, or Mitsuba's .xml)
+    /// The scene file (.pbrt, .pbrt.gz, Mitsuba's .xml, .gltf or .glb)
     pub(crate) scene: PathBuf,
     /// Width and height in pixels, instead of the file's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
