@@ -100,6 +100,7 @@ fn world() -> String {
             Shape \"curve\" \"string type\" \"ribbon\" \"float width\" 0.15 \"normal N\" [0 -1 0.6 0 -1 0.6] \"point3 P\" [-3 -1.5 1.8  -1 -2 2.3  1 -2 1.8  3 -1.5 2.3]\n"
 }
 
+#[expect(clippy::unwrap_used, reason = "a test's own scene")]
 fn scene() -> Scene {
     let file = tempfile::Builder::new().suffix(".pbrt").tempfile().unwrap();
     fs::write(file.path(), world()).unwrap();

@@ -104,7 +104,7 @@ fn light_that_comes_straight() {
     family.finish();
 }
 
-/// ∫ σ_a L e^{−τ} of the grid above with an Le of two at every point, which fades at the faces as the density does.
+/// `∫ σ_a L e^{−τ}` of the grid above with an Le of two at every point, which fades at the faces as the density does.
 const GRID_GLOW: f64 = 1.033_790_9;
 
 #[test]
@@ -139,18 +139,16 @@ fn single_scattering_in_a_slab() {
     }
 
     // A point light at distance h of a ray through an endless medium, the eye in the medium too.
-    for (sigma, w, h, from, truth) in [(1.0, 1.0, 1.0, -2.0, 0.008_933_16)] {
-        let eye = Eye::at([0.0, h, from], [0.0, h, 0.0], 128);
-        let medium = homogeneous([sigma * (1.0 - w); 3], [sigma * w; 3], 0.0);
-        let head = eye.head();
-        let (options, camera) = head.split_at(head.find("LookAt").unwrap_or(0));
-        // The medium is made before the camera, as the world's.
-        let text = format!(
-            "{options}MediumInterface \"\" \"m\"\n{camera}{medium}MediumInterface \"\" \"m\"\nLightSource \"point\"\n"
-        );
-        let scene = steradian_tests::compile(&text, &render::SceneOptions::default());
-        check(&mut family, "point light in an endless medium", &scene, (&ways, truth, 1e-6));
-    }
+    let eye = Eye::at([0.0, 1.0, -2.0], [0.0, 1.0, 0.0], 128);
+    let medium = homogeneous([0.0; 3], [1.0; 3], 0.0);
+    let head = eye.head();
+    let (options, camera) = head.split_at(head.find("LookAt").unwrap_or(0));
+    // The medium is made before the camera, as the world's.
+    let text = format!(
+        "{options}MediumInterface \"\" \"m\"\n{camera}{medium}MediumInterface \"\" \"m\"\nLightSource \"point\"\n"
+    );
+    let scene = steradian_tests::compile(&text, &render::SceneOptions::default());
+    check(&mut family, "point light in an endless medium", &scene, (&ways, 0.008_933_16, 1e-6));
     family.finish();
 }
 

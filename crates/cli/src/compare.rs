@@ -54,11 +54,10 @@ pub(crate) fn run(args: &CompareArgs) -> Done {
 
 /// Whose doing it was.
 pub(crate) fn failure(e: comparison::Error) -> Failure {
-    match e {
-        comparison::Error::Render(e) => e.into(),
-        comparison::Error::Interrupted => Failure::failed(e),
-        e => Failure::input(e),
+    if let comparison::Error::Render(e) = e {
+        return e.into();
     }
+    if matches!(e, comparison::Error::Interrupted) { Failure::failed(e) } else { Failure::input(e) }
 }
 
 fn truth(args: &CompareArgs) -> Result<Truth, Failure> {

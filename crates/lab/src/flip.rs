@@ -2,7 +2,7 @@
 //!
 //! | step                                        | source                    |
 //! |---------------------------------------------|---------------------------|
-//! | contrast sensitivity filters, Hunt, HyAB    | [Andersson2020], sec. 4.1 |
+//! | contrast sensitivity filters, Hunt, `HyAB`   | [Andersson2020], sec. 4.1 |
 //! | edges and points                            | [Andersson2020], sec. 4.2 |
 //! | pictures of high dynamic range: the largest error over a range of exposures | [Andersson2021] |
 //!
@@ -328,7 +328,7 @@ mod tests {
         (0..WIDTH * HEIGHT).map(pixel).collect()
     }
 
-    /// Figures of the authors' own program (flip-evaluator from PyPI) for the same pictures.
+    /// Figures of the authors' own program (`flip-evaluator` of the Python index) for the same pictures.
     #[test]
     fn figures_are_those_of_the_authors_program() {
         let (r, t) = (picture(0), picture(1));

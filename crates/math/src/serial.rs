@@ -24,7 +24,7 @@ struct Keys {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum FixedOrKeys {
-    Fixed(Transform),
+    Fixed(Box<Transform>),
     Keys(Box<Keys>),
 }
 
@@ -67,7 +67,7 @@ impl<'de> Deserialize<'de> for AnimatedTransform {
             FixedOrKeys::Keys(Box::new(Keys::deserialize(deserializer)?))
         };
         Ok(match read {
-            FixedOrKeys::Fixed(t) => Self::fixed(t),
+            FixedOrKeys::Fixed(t) => Self::fixed(*t),
             FixedOrKeys::Keys(keys) => Self::new(keys.start, keys.end, keys.times),
         })
     }

@@ -104,6 +104,7 @@ impl Default for Found {
 #[pymethods]
 impl Scene {
     /// Nearest hits: distances (infinite for none), surface parameters, (instance, geometry, primitive).
+    #[expect(clippy::too_many_arguments, reason = "as Python's caller names them")]
     #[pyo3(signature = (origins, directions, t_max, time, threads))]
     fn intersect<'py>(
         &self,
@@ -151,6 +152,7 @@ impl Scene {
     }
 
     /// Is anything opaque before the rays' ends?
+    #[expect(clippy::too_many_arguments, reason = "as Python's caller names them")]
     #[pyo3(signature = (origins, directions, t_max, time, threads))]
     fn occluded<'py>(
         &self,

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! where `e` is a pixel's share of V, P the number of pixels, F how many of them a sample reaches through the filter, and `z_k` the
-//! normal quantile of α_k = α · 6 / (π k)² at the k-th look: all looks together err with at most α = 5 % (union bound).
+//! normal quantile of `α_k = α · 6 / (π k)²` at the k-th look: all looks together err with at most α = 5 % (union bound).
 //! Looks come whenever the passes have grown by a quarter, so the rule costs at most a quarter more than a prophet needs.
 //!
 //! r² is not known: the mean's square less its variance stands for it. Bounds noise alone: a biased method's bias is not in it.
@@ -147,7 +147,7 @@ mod tests {
             |variance, n, look| Precision { target: 0.1 }.is_reached(&picture(variance, n), look, 1.0);
         assert!(reached(0.009, 10_000, 1) && !reached(0.0102, 10_000, 1));
         assert!(!reached(0.009, 100, 1), "a hundred pixels may err by a quarter");
-        let latest = |look| (0..200).map(|i| 1e-4 * i as f32).filter(|&v| reached(v, 400, look)).last();
+        let latest = |look| (0..200).map(|i| 1e-4 * i as f32).rfind(|&v| reached(v, 400, look));
         assert!(latest(1) > latest(5) && latest(5) > latest(50));
     }
 

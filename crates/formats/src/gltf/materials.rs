@@ -17,6 +17,9 @@ use super::json_material::{Material, MaterialExtensions, TextureInfo, TextureTra
 use crate::report::Report;
 use crate::resources::readable;
 
+/// Where an image is, and its bytes if the file holds them.
+type FoundImage = (PathBuf, Option<Arc<[u8]>>);
+
 /// What a material becomes.
 #[derive(Clone)]
 pub(super) struct Look {
@@ -356,7 +359,7 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
         Some(ImageId(self.scene.images.len() as u32 - 1))
     }
 
-    fn find_image(&mut self, source: usize) -> Result<(PathBuf, Option<Arc<[u8]>>), String> {
+    fn find_image(&mut self, source: usize) -> Result<FoundImage, String> {
         let image = self.file.root.images.get(source).ok_or("there is none of this number")?;
         let inside = || PathBuf::from(format!("#image{source}"));
         match (&image.uri, image.buffer_view) {

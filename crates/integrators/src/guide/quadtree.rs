@@ -255,7 +255,7 @@ mod tests {
             let found = chi2_rectangle(
                 [[0.0, 1.0]; 2],
                 &settings,
-                |u| Some(warp::equal_area_sphere_inverse(tree.sample(u.map(|x| x as f32))).map(f64::from)),
+                |u| Some(warp::equal_area_sphere_inverse(tree.sample(u)).map(f64::from)),
                 |x, y| {
                     let w = warp::equal_area_sphere([x as f32, y as f32]);
                     f64::from(tree.pdf(w).value()) * 2.0 * std::f64::consts::TAU

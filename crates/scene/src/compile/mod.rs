@@ -10,13 +10,15 @@ use math::Bounds2i;
 use scene_desc::{SceneDesc, Sink};
 use spectrum::{ColorMode, ColorPipeline, Sensor};
 
+use self::geometry::World;
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
 use crate::lights::{EmitterSource, LightImage, LightsBuilder};
 use crate::materials::{Gaps, Materials};
-use crate::media::Media;
+use crate::media::{Media, MediumIds};
 use crate::scene::{Scene, SceneCounts, SceneSettings};
 use crate::textures::{FloatHandle, TextureCompiler, color_space};
+use crate::{LightId, MediumId};
 
 /// What the caller wants otherwise than the file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -58,19 +60,7 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let (mut world, camera) = (world?, camera?);
     let image = |id| LightImage::from(textures.images().get(id));
     let mut lights = LightsBuilder::new(colors, &image);
-    let mut declared = Vec::new();
-    for light in &desc.lights {
-        declared.push((lights.add_light(light, sink), medium_ids.described(light.medium)));
-    }
-    for &(baked, described) in &world.emitters {
-        let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
-        let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
-        let Some(light) = &desc.area_light else { continue };
-        let rectangles = emitters::rectangles(&shape.geometry, light);
-        let source = emitters::source(desc, light, &shape.geometry, rectangles.as_deref());
-        shape.first_light = source.and_then(|s| lights.add_emitter(&EmitterSource { visible, ..s }, sink));
-        shape.primitives_per_light = if rectangles.is_some() { 2 } else { 1 };
-    }
+    let declared = light_sources(desc, &mut world, &medium_ids, &mut lights, sink);
     let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
     let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
@@ -105,6 +95,28 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     };
     scene.place_lights(&declared);
     Some(scene)
+}
+
+/// Adds the lights that the scene declares, with the media that they stand in, then its emitting shapes.
+fn light_sources(
+    desc: &SceneDesc,
+    world: &mut World,
+    media: &MediumIds,
+    lights: &mut LightsBuilder<'_>,
+    sink: &mut Sink,
+) -> Vec<(LightId, Option<MediumId>)> {
+    let declare = |light| (lights.add_light(light, sink), media.described(light.medium));
+    let declared = desc.lights.iter().map(declare).collect();
+    for &(baked, described) in &world.emitters {
+        let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
+        let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
+        let Some(light) = &desc.area_light else { continue };
+        let rectangles = emitters::rectangles(&shape.geometry, light);
+        let source = emitters::source(desc, light, &shape.geometry, rectangles.as_deref());
+        shape.first_light = source.and_then(|s| lights.add_emitter(&EmitterSource { visible, ..s }, sink));
+        shape.primitives_per_light = if rectangles.is_some() { 2 } else { 1 };
+    }
+    declared
 }
 
 /// The whole film's resolution and the pixels to render.

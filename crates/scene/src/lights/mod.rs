@@ -139,6 +139,13 @@ impl EmissionSample {
         self.le * (self.abs_cos() / density)
     }
 
+    /// Can it be drawn, and does it carry anything?
+    pub(super) fn is_possible(&self) -> bool {
+        self.pdf_position.is_none_or(Pdf::is_positive)
+            && self.pdf_direction.is_none_or(Pdf::is_positive)
+            && !self.le.is_black()
+    }
+
     /// Is the light a single point?
     #[must_use]
     pub fn is_delta_position(&self) -> bool {

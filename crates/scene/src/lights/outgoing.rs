@@ -84,9 +84,7 @@ impl Lights {
                 self.emit_from_surface(light, l, [u_position, u_direction], time, wavelengths)?
             }
         };
-        let possible = sample.pdf_position.is_none_or(Pdf::is_positive)
-            && sample.pdf_direction.is_none_or(Pdf::is_positive);
-        (possible && !sample.le.is_black()).then_some(sample)
+        sample.is_possible().then_some(sample)
     }
 
     fn emit_from_surface(

@@ -338,10 +338,12 @@ impl Compiler<'_, '_> {
 fn mixed(scene: &SceneDesc) -> Vec<bool> {
     let mut mixed = vec![false; scene.materials.len()];
     for material in &scene.materials {
-        let parts = match &material.kind {
-            MaterialKind::Mix { materials: [a, b], .. } => [Some(*a), Some(*b)],
-            MaterialKind::TwoSided { front, back } => [Some(*front), *back],
-            _ => continue, // made of itself alone
+        let parts = if let MaterialKind::Mix { materials: [a, b], .. } = &material.kind {
+            [Some(*a), Some(*b)]
+        } else if let MaterialKind::TwoSided { front, back } = &material.kind {
+            [Some(*front), *back]
+        } else {
+            continue; // made of itself alone
         };
         for part in parts.into_iter().flatten() {
             if let Some(is_part) = mixed.get_mut(part.index()) {

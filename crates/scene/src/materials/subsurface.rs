@@ -1,7 +1,7 @@
 //! Subsurface scattering: the medium under a surface; and what stands for it where it varies over the surface.
 //!
 //! Light that passes the (rough) dielectric border walks through a homogeneous medium. A diffuse reflectance and a mean free
-//! path 1/σ_t become coefficients by albedo inversion ([`HalfSpace`]). The surface must be closed: what walks out of a hole is
+//! path `1/σ_t` become coefficients by albedo inversion ([`HalfSpace`]). The surface must be closed: what walks out of a hole is
 //! lost.
 //!
 //! Where a parameter is a texture, and in mixtures, a coat over the effective albedo stands in: a half space of particles with single-scattering albedo ω and asymmetry g gives back

@@ -255,7 +255,7 @@ impl Glow {
     }
 
     fn at(&self, kelvin: f32, wl: &Wavelengths) -> Spectrum {
-        if !(kelvin > COLDEST) {
+        if kelvin.is_nan() || kelvin <= COLDEST {
             return Spectrum::ZERO;
         }
         if !wl.is_rgb() {

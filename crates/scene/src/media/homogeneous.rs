@@ -83,7 +83,7 @@ impl Homogeneous {
         Flight { scatters_at: None, factor: passed / mean(passed.lanes()), emitted }
     }
 
-    /// ∫ σ_a L_e e^{−σ_t x} dx over the distance.
+    /// `∫ σ_a L_e e^{−σ_t x} dx` over the distance.
     fn emitted(&self, sigma_a: Spectrum, sigma_t: Spectrum, distance: f32, wl: &Wavelengths) -> Spectrum {
         if self.le.is_black() {
             return Spectrum::ZERO;

@@ -104,7 +104,7 @@ fn free_paths_follow_their_density() {
 }
 
 /// In every lane, whatever it is weighed with, the mean of the factor over flights that end in a piece of the way is
-/// ∫ σ_s e^{−τ}, and over those that pass e^{−τ}: means are right for many wavelengths at once.
+/// `∫ σ_s e^{−τ}`, and over those that pass e^{−τ}: means are right for many wavelengths at once.
 #[test]
 fn factors_are_right_in_every_lane() {
     const BINS: usize = 5;
@@ -134,7 +134,7 @@ fn factors_are_right_in_every_lane() {
             }
         }
         for (lane, bins) in found.iter().enumerate() {
-            let (s, a) = (f64::from(colours[lane]), f64::from(absorption[lane]));
+            let (s, a) = (f64::from(colours[lane]), absorption[lane]);
             let passed = |t: f64| {
                 let tau = if is_even { t } else { depth(t - 0.5).0 };
                 math::trig::f64::exp(-tau * (s + a))

@@ -153,7 +153,7 @@ impl Cells {
             let (x, y) = ((0.0 - o) / d, (1.0 - o) / d);
             (from, end) = (from.max(x.min(y)), end.min(x.max(y)));
         }
-        if !(from < end) {
+        if from.is_nan() || end.is_nan() || from >= end {
             return None;
         }
         let n = resolution.map(|r| r as i32);
