@@ -48,7 +48,10 @@ fn xyz(rgb: [f64; 3]) -> [f64; 3] {
 /// Renders a scene by its own integrator and compares it with its reference.
 fn agrees(scene: &str, reference: &str, integrator: &str, spp: u32) {
     let Some(folder) = folder() else { return };
-    let opened = open(&folder.join(format!("{scene}.xml")), &SceneOptions::default());
+    // Independent samples, as the references: their variance is known without bias.
+    let settings = vec![("sampler".to_owned(), "independent".to_owned())];
+    let options = SceneOptions { settings, ..SceneOptions::default() };
+    let opened = open(&folder.join(format!("{scene}.xml")), &options);
     let way = Way { integrator, settings: &[] };
     let ours = way.render(&opened, 0..spp, 0, 2).0.film().develop();
     let mean = load(&folder.join(format!("{reference}.exr")));

@@ -63,8 +63,7 @@ impl<'t> Build<'t, '_, '_> {
     /// The first sensor; others are told.
     pub(super) fn sensor(&mut self, children: &[(&'t Prop, &'t Node, NodeId)]) {
         let mut sensors = children.iter().map(|c| c.1).filter(|n| n.class == Class::Sensor);
-        self.scene.sampler =
-            SamplerDesc { name: "independent".into(), spp: DEFAULT_SPP, ..SamplerDesc::default() };
+        self.scene.sampler = SamplerDesc { spp: DEFAULT_SPP, ..SamplerDesc::default() };
         let Some(sensor) = sensors.next() else {
             let span = self.tree.nodes.first().map(|n| n.span).unwrap_or_default();
             self.report.error(span, "the scene has no sensor").hint("add <sensor type=\"perspective\"> …");
@@ -275,10 +274,9 @@ impl<'t> Build<'t, '_, '_> {
         }
         let side = (1..=4096_u32).find(|s| s * s >= spp).unwrap_or(4096);
         let (name, spp, strata) = match node.kind.as_str() {
-            "independent" => ("independent", spp, [4, 4]),
             // Whole squares, as in Mitsuba.
             "stratified" => ("stratified", side * side, [side, side]),
-            // All low-discrepancy points are our Sobol points: they differ in noise alone.
+            // All other points are our Sobol points: they differ in noise alone (decision 0140).
             _ => ("sobol", spp, [4, 4]),
         };
         self.unused(node);
