@@ -87,6 +87,12 @@ impl Facets {
         Self { masking, ..self }
     }
 
+    /// The same distribution and masking with this width both ways.
+    #[must_use]
+    pub fn of_width(self, alpha: f32) -> Self {
+        Self::new([alpha; 2], self.distribution).masked(self.masking)
+    }
+
     /// A mirror.
     pub const SMOOTH: Self =
         Self { alpha: [0.0; 2], distribution: Distribution::Ggx, masking: Masking::Correlated };

@@ -38,7 +38,7 @@ impl Materials {
         let profiles: Vec<CoatProfiles> = compiler
             .profiles
             .par_iter()
-            .map(|k| CoatProfiles::new(k.eta, k.thickness, k.alpha, k.distribution))
+            .map(|k| CoatProfiles::new(k.eta, k.thickness, k.alpha, k.facets))
             .collect();
 
         // In RGB mode a surface that does not vary has one BSDF.
@@ -238,8 +238,7 @@ impl Compiler<'_, '_> {
         let (eta, alpha) = (self.eta(eta, span), self.alpha(roughness, span));
         let profiles = eta.constant().map(|eta| {
             let range = alpha.constant().map_or([0.0, 1.0], |[u, v]| [(u * v).sqrt(); 2]);
-            let distribution = alpha.distribution;
-            self.profile(ProfileKey { eta, thickness: 0.0, alpha: range, distribution })
+            self.profile(ProfileKey { eta, thickness: 0.0, alpha: range, facets: alpha.kind() })
         });
         Look::Plastic(Box::new(PlasticLook {
             reflectance: self.albedo(reflectance, span),

@@ -160,7 +160,8 @@ pub(super) struct ProfileKey {
     pub(super) thickness: f32,
     /// Range of widths.
     pub(super) alpha: [f32; 2],
-    pub(super) distribution: Distribution,
+    /// Their distribution and masking, of whatever width.
+    pub(super) facets: Facets,
 }
 
 impl Base {
@@ -207,6 +208,11 @@ impl Alpha {
             (FloatHandle::Constant(u), FloatHandle::Constant(v)) => Some(self.widths([u, v])),
             (FloatHandle::Constant(_) | FloatHandle::Texture(_), _) => None,
         }
+    }
+
+    /// The kind of facets, without a width.
+    pub(super) fn kind(&self) -> Facets {
+        Facets::new([0.0; 2], self.distribution).masked(self.masking)
     }
 
     /// The same both ways, everywhere?
@@ -271,7 +277,7 @@ impl Layer {
         }
         let alpha = self.alpha.constant().map_or([0.0, 1.0], |[a, _]| [a, a]);
         // Coats are of GGX facets.
-        let distribution = Distribution::Ggx;
-        Some(ProfileKey { eta, thickness: thickness.max(f32::MIN_POSITIVE), alpha, distribution })
+        let facets = Facets::SMOOTH;
+        Some(ProfileKey { eta, thickness: thickness.max(f32::MIN_POSITIVE), alpha, facets })
     }
 }

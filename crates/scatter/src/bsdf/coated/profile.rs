@@ -15,7 +15,7 @@ use math::{LocalDir, trig};
 
 use super::super::{Dielectric, SampleLobes, TransportMode};
 use crate::fresnel;
-use crate::microfacet::{Distribution, Facets};
+use crate::microfacet::Facets;
 
 /// Nodes of `t` over `√μ`.
 const N_NODES: usize = 16;
@@ -142,15 +142,10 @@ impl CoatProfiles {
     /// Rows over `[alpha_min, alpha_max]`.
     const N_ROWS: usize = 20;
 
-    /// For widths between `alpha_min` and `alpha_max` (equal where the roughness is no texture): 5 ms for each of up
-    /// to 20 rows.
+    /// For widths between `alpha_min` and `alpha_max` (equal where the roughness is no texture) of facets that are
+    /// distributed and mask each other as those of `kind`: 5 ms for each of up to 20 rows.
     #[must_use]
-    pub fn new(
-        eta: f32,
-        thickness: f32,
-        [alpha_min, alpha_max]: [f32; 2],
-        distribution: Distribution,
-    ) -> Self {
+    pub fn new(eta: f32, thickness: f32, [alpha_min, alpha_max]: [f32; 2], kind: Facets) -> Self {
         let lo = alpha_min.clamp(Facets::SMOOTH_BELOW, 1.0).sqrt();
         let hi = alpha_max.clamp(Facets::SMOOTH_BELOW, 1.0).sqrt();
         let n = if alpha_max < Facets::SMOOTH_BELOW {
@@ -163,7 +158,7 @@ impl CoatProfiles {
         let row = |i: usize| {
             let s = lo + (hi - lo) * i as f32 / (n.max(2) - 1) as f32;
             let alpha = (s * s).max(Facets::SMOOTH_BELOW);
-            CoatProfile::of(eta, Facets::new([alpha; 2], distribution), thickness)
+            CoatProfile::of(eta, kind.of_width(alpha), thickness)
         };
         let rows = (0..n).map(row).collect();
         Self { smooth: CoatProfile::smooth(eta, thickness), rows, sqrt_alpha: [lo, hi] }
@@ -283,7 +278,7 @@ mod tests {
 
     #[test]
     fn textured_roughness_finds_its_profile_between_rows() {
-        let profiles = CoatProfiles::new(1.5, 0.01, [0.0, 0.5], Distribution::Ggx);
+        let profiles = CoatProfiles::new(1.5, 0.01, [0.0, 0.5], Facets::SMOOTH);
         for alpha in [0.0015, 0.01, 0.07, 0.33, 0.5] {
             let (a, b) = (profiles.at([alpha; 2]).unwrap(), CoatProfile::new(1.5, alpha, 0.01));
             assert!((a.internal() - b.internal()).abs() < 1e-3, "{alpha}: {} {}", a.internal(), b.internal());
