@@ -285,7 +285,7 @@ fn textures_have_pbrts_defaults_and_operands() {
     assert_eq!(scene.images[0].encoding, ImageEncoding::Linear);
     assert_eq!(scene.images[1].encoding, ImageEncoding::Auto);
     assert!(
-        matches!(node("2"), TextureNode::ImageMap { wrap: WrapMode::Clamp, scale, invert: false, max_anisotropy, .. }
+        matches!(node("2"), TextureNode::ImageMap { wrap: [WrapMode::Clamp, _], scale, invert: false, max_anisotropy, .. }
         if *scale == 1.0 && *max_anisotropy == 8.0)
     );
     let TextureNode::Checkerboard { mapping: None, texture_from_world, a: TextureInput::Texture(_), .. } =

@@ -59,7 +59,14 @@ impl Geometry {
         let geometry = match kind {
             "mesh" => {
                 let indices = corners(&arrays.indices).ok_or_else(|| bad("indices"))?;
-                scene_desc::Geometry::Mesh(Arc::new(MeshDesc { positions, normals, tangents, uvs, indices }))
+                scene_desc::Geometry::Mesh(Arc::new(MeshDesc {
+                    positions,
+                    normals,
+                    tangents,
+                    uvs,
+                    indices,
+                    ..MeshDesc::default()
+                }))
             }
             "bilinear_mesh" => {
                 let indices = corners(&arrays.indices).ok_or_else(|| bad("indices"))?;

@@ -25,13 +25,14 @@ pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc
 pub use light::{AreaLightDesc, FovAxis, Illuminant, LightDesc, LightKind, SpotFalloff, Throw};
 pub use material::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, Masking, MaterialDesc, MaterialKind,
-    Roughness, SubsurfaceProfile, Tint,
+    NormalLayout, Roughness, SubsurfaceProfile, Tint,
 };
 pub use medium::{GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc};
 pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};
 pub use prototypes::{Prototypes, prototypes};
 pub use shape::{
-    BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshDesc, ObjectDesc, ShapeDesc,
+    BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshAttribute, MeshDesc,
+    ObjectDesc, ShapeDesc,
 };
 pub use spectrum::{ColorSpaceName, SpectrumDesc};
 pub use texture::{

@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    FloatInput, ImageId, MaterialId, MetallicRoughnessDesc, PrincipledDesc, Span, SpectrumDesc, SpectrumInput,
+    FloatInput, ImageId, Mapping2d, MaterialId, MetallicRoughnessDesc, PrincipledDesc, Span, SpectrumDesc,
+    SpectrumInput, WrapMode,
 };
 
 /// A material.
@@ -18,6 +19,9 @@ pub struct MaterialDesc {
     pub kind: MaterialKind,
     /// A tangent-space normal map.
     pub normal_map: Option<ImageId>,
+    /// How that map is laid.
+    #[serde(default)]
+    pub normal_layout: NormalLayout,
     /// A height, in scene units, that bends shading normals.
     pub displacement: Option<FloatInput>,
     /// The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs.
@@ -31,7 +35,36 @@ impl MaterialDesc {
     /// Of this kind, even, opaque, unnamed.
     #[must_use]
     pub fn new(kind: MaterialKind, span: Span) -> Self {
-        Self { name: String::new(), kind, normal_map: None, displacement: None, opacity: None, span }
+        Self {
+            name: String::new(),
+            kind,
+            normal_map: None,
+            normal_layout: NormalLayout::default(),
+            displacement: None,
+            opacity: None,
+            span,
+        }
+    }
+}
+
+/// How a map of normals lies on a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct NormalLayout {
+    /// From the surface's coordinates to the map's.
+    pub mapping: Mapping2d,
+    /// Beyond the map's borders, along s and along t.
+    pub wrap: [WrapMode; 2],
+    /// Factor on what the map's normals lean by.
+    pub strength: f32,
+    /// Does the map's second axis run along v, also where (u, v) are mirrored (glTF)? Else it is a quarter turn from the
+    /// tangent everywhere (pbrt, Mitsuba).
+    pub follows_v: bool,
+}
+
+impl Default for NormalLayout {
+    fn default() -> Self {
+        Self { mapping: Mapping2d::default(), wrap: [WrapMode::Repeat; 2], strength: 1.0, follows_v: false }
     }
 }
 

@@ -169,6 +169,9 @@ fn textures() -> Vec<TextureNode> {
             texture_from_world: identity,
         },
         TextureNode::Mix { a: number(0.0), b: number(1.0), amount: 0.5.into() },
+        TextureNode::Product { a: number(1.0), b: number(1.0) },
+        TextureNode::Step { tex: number(1.0), edge: 0.5 },
+        TextureNode::Attribute { name: String::new(), scale: 1.0 },
         TextureNode::Dots { inside: number(1.0), outside: number(0.0), mapping: mapping() },
         TextureNode::Fbm { octaves: 8, roughness: 0.5, texture_from_world: identity },
         TextureNode::Wrinkled { octaves: 8, roughness: 0.5, texture_from_world: identity },
@@ -183,7 +186,7 @@ fn textures() -> Vec<TextureNode> {
         TextureNode::ImageMap {
             image: ImageId(0),
             mapping: mapping(),
-            wrap: WrapMode::default(),
+            wrap: [WrapMode::default(); 2],
             filter: ImageFilter::default(),
             max_anisotropy: 8.0,
             scale: 1.0,

@@ -95,6 +95,22 @@ pub struct MeshDesc {
     pub uvs: Vec<Vec2>,
     /// Corners of each triangle; every index is below `positions.len()`.
     pub indices: Vec<[u32; 3]>,
+    /// More values over the surface, for textures to look up by name.
+    #[serde(default)]
+    pub attributes: Vec<MeshAttribute>,
+}
+
+/// Values that a mesh carries: colours, weights, further texture coordinates.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeshAttribute {
+    /// What textures ask for.
+    pub name: String,
+    /// Numbers at a place: 1, 2 (coordinates, the second upwards) or 3 (linear R, G, B).
+    pub channels: u32,
+    /// One place a triangle, rather than one a vertex?
+    pub per_face: bool,
+    /// `channels` numbers for each place, in order.
+    pub values: Vec<f32>,
 }
 
 /// Bilinear patches with shared vertices.

@@ -95,6 +95,27 @@ pub enum TextureNode {
         /// The other factor, a number.
         scale: FloatInput,
     },
+    /// `a × b`, both of the texture's kind.
+    Product {
+        /// A factor.
+        a: TextureInput,
+        /// The other.
+        b: TextureInput,
+    },
+    /// One where a number is at least `edge`, zero where it is not. Of numbers alone.
+    Step {
+        /// The number.
+        tex: TextureInput,
+        /// From here on it is one.
+        edge: f32,
+    },
+    /// Values that the mesh carries ([`crate::MeshAttribute`]); zero on a surface without them.
+    Attribute {
+        /// Their name.
+        name: String,
+        /// Factor on them.
+        scale: f32,
+    },
     /// `(1 − amount) a + amount b`.
     Mix {
         /// At amount 0.
@@ -183,8 +204,8 @@ pub enum TextureNode {
         image: ImageId,
         /// Of the surface; v runs upwards, as in pbrt.
         mapping: Mapping2d,
-        /// Beyond the borders.
-        wrap: WrapMode,
+        /// Beyond the borders, along s and along t.
+        wrap: [WrapMode; 2],
         /// Between and below pixels.
         filter: ImageFilter,
         /// Largest anisotropy of EWA.
@@ -276,6 +297,21 @@ pub enum Mapping2d {
         #[schemars(with = "[f32; 2]")]
         u: Vec2,
         /// What v adds.
+        #[schemars(with = "[f32; 2]")]
+        v: Vec2,
+        /// Shift of s and t.
+        #[schemars(with = "[f32; 2]")]
+        shift: Vec2,
+    },
+    /// Coordinates that the mesh carries under a name ([`crate::MeshAttribute`] of two channels), turned and shifted as in
+    /// [`Mapping2d::Affine`]. Images are not filtered over a pixel there.
+    Attribute {
+        /// Their name.
+        name: String,
+        /// What the first coordinate adds.
+        #[schemars(with = "[f32; 2]")]
+        u: Vec2,
+        /// What the second adds.
         #[schemars(with = "[f32; 2]")]
         v: Vec2,
         /// Shift of s and t.

@@ -50,6 +50,13 @@ fn check_mesh(m: &MeshDesc) -> Result<(), String> {
     finite("tangents", m.tangents.iter().map(|p| p.is_finite()))?;
     finite("uvs", m.uvs.iter().map(|p| p.is_finite()))?;
     per_vertex(n, &[("normals", m.normals.len()), ("tangents", m.tangents.len()), ("uvs", m.uvs.len())])?;
+    for a in &m.attributes {
+        finite(&a.name, a.values.iter().map(|x| x.is_finite()))?;
+        let places = if a.per_face { m.indices.len() } else { n };
+        if !matches!(a.channels, 1..=3) || places.checked_mul(a.channels as usize) != Some(a.values.len()) {
+            return Err(format!("{} has {} values for {places} places", a.name, a.values.len()));
+        }
+    }
     in_range(n, m.indices.as_flattened())
 }
 

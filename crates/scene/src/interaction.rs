@@ -35,6 +35,8 @@ pub struct SurfaceInteraction {
     pub shape: ShapeId,
     /// Which triangle of it.
     pub primitive: u32,
+    /// Where in it: weights of its second and third vertex, or the surface's own parameters.
+    pub at: [f32; 2],
     /// Its look.
     pub material: MaterialId,
     /// The light that this surface is, if it emits.
@@ -116,4 +118,17 @@ pub struct TextureContext {
     pub uv: Vec2,
     /// Area to filter over; all zero for none.
     pub footprint: Footprint,
+    /// Where in which shape, for values that meshes carry.
+    pub place: Place,
+}
+
+/// A point of a shape in its own terms.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Place {
+    /// Which shape.
+    pub shape: u32,
+    /// Which triangle of it.
+    pub primitive: u32,
+    /// Weights of its second and third vertex.
+    pub at: [f32; 2],
 }

@@ -20,7 +20,7 @@ mod textures;
 pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
 pub use compile::{CompileOptions, compile};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
-pub use interaction::{Footprint, LightContext, SurfaceInteraction, TextureContext};
+pub use interaction::{Footprint, LightContext, Place, SurfaceInteraction, TextureContext};
 pub use light_select::LightSelector;
 pub use lights::{
     EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightSample, Lights, LightsBuilder,

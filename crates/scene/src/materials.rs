@@ -23,7 +23,6 @@ mod subsurface;
 
 use math::{Frame, hash, trig};
 use scatter::{Bsdf, CoatProfiles};
-use scene_desc::ImageId;
 use spectrum::Wavelengths;
 
 use self::look::Look;
@@ -94,7 +93,7 @@ enum Relief {
     /// A height in scene units.
     Bump(FloatHandle),
     /// Normals in tangent space.
-    NormalMap(ImageId),
+    NormalMap(bump::NormalMap),
 }
 
 impl Materials {
@@ -184,7 +183,10 @@ impl Materials {
         let frame = match material.relief {
             Relief::None => si.frame,
             Relief::Bump(height) => bump::bump(si, &ctx, |ctx| textures.float(&height, ctx)),
-            Relief::NormalMap(image) => bump::normal_map(si, textures.images().get(image)),
+            Relief::NormalMap(map) => {
+                let st = textures.coordinates(&map.mapping, &ctx);
+                map.frame(si, st, textures.images().get(map.image))
+            }
         };
         let rotation = match &material.surface {
             Surface::Look(look) => look.rotation(),
@@ -272,6 +274,7 @@ pub(crate) mod tests {
             t: 1.0,
             shape: ShapeId(0),
             primitive: 0,
+            at: [0.0; 2],
             material: MaterialId(0),
             light: None,
         }

@@ -1,7 +1,7 @@
 //! The compiled scene and the questions that integrators ask it.
 
 use accel::{Accel, Hit, NO_INSTANCE, accept_all};
-use math::{Bounds, Bounds2i, Dir, Point, Ray, Vec2, error_bound, hash};
+use math::{Bounds, Bounds2i, Dir, Point, Ray, error_bound, hash};
 use spectrum::{Sensor, Spectrum, Wavelengths};
 
 use crate::cameras::Camera;
@@ -11,7 +11,7 @@ use crate::materials::{Gaps, Materials, Shading};
 use crate::media::Media;
 use crate::shapes::{LocalSurface, Shape, ShapeGeometry};
 use crate::textures::Textures;
-use crate::{Footprint, LightContext, LightId, MediumId, ShapeId, SurfaceInteraction, TextureContext};
+use crate::{Footprint, LightContext, LightId, MediumId, Place, ShapeId, SurfaceInteraction, TextureContext};
 
 /// Shadow rays end this fraction short of their light, so that rounding cannot make it shadow itself.
 const SHADOW_EPSILON: f32 = 1e-4;
@@ -211,6 +211,7 @@ impl Scene {
             t: hit.t,
             shape: id,
             primitive: hit.primitive,
+            at: [hit.u, hit.v],
             material: shape.material,
             light: shape.first_light.map(|l| LightId(l.0 + hit.primitive / shape.primitives_per_light)),
         }
@@ -274,7 +275,9 @@ impl Scene {
         let shape = &self.shapes[self.shape_of(hit).index()];
         let Some(alpha) = &shape.alpha else { return true };
         let uv = shape.geometry.uv(hit);
-        let alpha = self.textures.alpha(alpha, &alpha_context(ray, hit, uv));
+        let place = Place { shape: self.shape_of(hit).0, primitive: hit.primitive, at: [hit.u, hit.v] };
+        let (p, n, footprint) = (ray.at(hit.t), -ray.dir, Footprint::default());
+        let alpha = self.textures.alpha(alpha, &TextureContext { p, n, uv, footprint, place });
         if alpha >= 1.0 || alpha <= 0.0 {
             return alpha >= 1.0;
         }
@@ -292,8 +295,4 @@ pub fn segment(from: Point, to: Point, time: f32) -> Ray {
     let length = d.length();
     let dir = if length > 0.0 { Dir(d / length) } else { Dir::Z };
     Ray { origin: from, dir, t_max: length * (1.0 - SHADOW_EPSILON), time }
-}
-
-fn alpha_context(ray: &Ray, hit: &Hit, uv: Vec2) -> TextureContext {
-    TextureContext { p: ray.at(hit.t), n: -ray.dir, uv, footprint: Footprint::default() }
 }

@@ -11,12 +11,14 @@ use scene_desc::{
 use super::camera::{Lens, perspective};
 use super::container::Container;
 use super::geometry::{Joints, Pose, from_parts};
-use super::json::{Light, Node};
+use super::json::{Light, Node, Primitive};
 use super::materials::{Look, Materials};
 use crate::report::Report;
 
 /// Height of a picture whose file has a camera.
 const HEIGHT: f32 = 720.0;
+/// What Blender's exporter multiplies watts with: the efficacy of green light.
+const LUMENS_PER_WATT: f32 = 683.0;
 /// Most vertices of all shapes that are not repetitions.
 const MOST_VERTICES: usize = 1 << 31;
 
@@ -27,11 +29,12 @@ pub(super) fn scene(file: &Container, report: &mut Report<'_>) -> (SceneDesc, Ve
         ..SceneDesc::default()
     };
     let mut materials = Materials::new(file, &mut scene, report);
-    let looks = materials.all();
+    let (looks, colored) = materials.all();
     let hashes = std::mem::take(&mut materials.hashes);
     let mut build = Build {
         file,
         looks,
+        colored,
         worlds: vec![None; file.root.nodes.len()],
         uses: vec![0; file.root.meshes.len()],
         objects: vec![None; file.root.meshes.len()],
@@ -48,6 +51,8 @@ pub(super) fn scene(file: &Container, report: &mut Report<'_>) -> (SceneDesc, Ve
 struct Build<'a, 'r, 's> {
     file: &'a Container,
     looks: Vec<Look>,
+    /// The same with colours of vertices, where some mesh has them.
+    colored: Vec<Option<Look>>,
     /// World from node, of nodes that the scene reaches.
     worlds: Vec<Option<DMat4>>,
     /// How many nodes show each mesh.
@@ -142,7 +147,7 @@ impl Build<'_, '_, '_> {
     fn mesh(&mut self, node: &Node, index: usize, world: &DMat4) -> Result<(), String> {
         let mesh = self.file.root.meshes.get(index).ok_or("there is none of this number")?;
         // A mesh that others show as well is kept once, if nothing of it depends on its place.
-        let glows = mesh.primitives.iter().any(|p| self.looks[self.look_of(p.material)].area_light.is_some());
+        let glows = mesh.primitives.iter().any(|p| self.look_of(p).area_light.is_some());
         let repeats = self.uses[index] > 1 && !glows && node.skin.is_none() && node.weights.is_empty();
         if !repeats {
             let joints = node.skin.map(|s| self.joints(s)).transpose()?;
@@ -181,9 +186,11 @@ impl Build<'_, '_, '_> {
         Ok(())
     }
 
-    fn look_of(&self, material: Option<usize>) -> usize {
+    fn look_of(&self, primitive: &Primitive) -> &Look {
         let default = self.looks.len() - 1;
-        material.filter(|m| *m < default).unwrap_or(default)
+        let index = primitive.material.filter(|m| *m < default).unwrap_or(default);
+        let colored = self.colored[index].as_ref().filter(|_| primitive.attributes.color_0.is_some());
+        colored.unwrap_or(&self.looks[index])
     }
 
     /// What a mesh's primitives become at a place.
@@ -204,15 +211,12 @@ impl Build<'_, '_, '_> {
             if primitive.material.is_some_and(|m| m >= self.file.root.materials.len()) {
                 return Err(format!("there is no material {}", primitive.material.unwrap_or(0)));
             }
-            let look = self.looks[self.look_of(primitive.material)].clone();
+            let look = self.look_of(primitive).clone();
             let pose = Pose { weights, joints, uv_set: look.uv_set };
             let Some(mesh) = self.file.mesh(primitive, &pose)? else {
                 self.once("points and lines have no surface: they are left out");
                 continue;
             };
-            if primitive.attributes.color_0.is_some() {
-                self.once("colours of vertices (COLOR_0) are not used");
-            }
             if mesh.indices.is_empty() {
                 continue;
             }
@@ -266,10 +270,17 @@ impl Build<'_, '_, '_> {
         if !at.is_finite() || towards == Vec3::ZERO {
             return;
         }
-        match light_kind(light, at, at + towards) {
+        match light_kind(light, self.light_unit(), at, at + towards) {
             Some(kind) => self.add_light(kind),
             None => self.error(format!("light {index} is of the unknown type `{}`", light.kind)),
         }
+    }
+
+    /// What the file's candela and lux are worth in watts (see the head of the module).
+    fn light_unit(&self) -> f32 {
+        let root = &self.file.root;
+        let most = root.extensions.lights.lights.iter().map(|l| l.intensity).fold(0.0, f32::max);
+        if root.asset.generator.contains("Blender") && most >= 10.0 { 1.0 / LUMENS_PER_WATT } else { 1.0 }
     }
 
     fn add_light(&mut self, kind: LightKind) {
@@ -357,9 +368,9 @@ fn placed(eye: DVec3, towards: DVec3, up: DVec3) -> Option<Transform> {
     ))
 }
 
-fn light_kind(light: &Light, at: Vec3, to: Vec3) -> Option<LightKind> {
+fn light_kind(light: &Light, unit: f32, at: Vec3, to: Vec3) -> Option<LightKind> {
     let spectrum = SpectrumDesc::srgb(light.color);
-    let size = Illuminant { spectrum, scale: light.intensity.max(0.0), normalize: false };
+    let size = Illuminant { spectrum, scale: light.intensity.max(0.0) * unit, normalize: false };
     Some(match light.kind.as_str() {
         "point" => LightKind::Point { intensity: size, from: at, power: None },
         "directional" => LightKind::Distant { radiance: size, from: at, to, illuminance: None },

@@ -1,13 +1,27 @@
 //! Triangles: from the attributes of a primitive, with morph targets and skin as they stand at rest.
 
 use math::{DMat4, DVec3, DVec4, Vec2, Vec3};
-use scene_desc::MeshDesc;
+use scene_desc::{MeshAttribute, MeshDesc};
 
 use super::container::Container;
 use super::json::{Attributes, Primitive};
 
 /// Joints at rest: what each moves a vertex of the skin by.
 pub(super) type Joints = Vec<DMat4>;
+
+/// Names of what meshes carry.
+pub(super) const COLOR: &str = "COLOR_0";
+pub(super) const ALPHA: &str = "COLOR_0.a";
+
+/// The name of a second set of texture coordinates.
+pub(super) fn uv_name(set: usize) -> &'static str {
+    if set == 0 { "TEXCOORD_0" } else { "TEXCOORD_1" }
+}
+
+/// glTF's second coordinate runs down.
+fn upwards(v: f32) -> f32 {
+    1.0 - v
+}
 
 /// What a primitive's form depends on beside itself.
 pub(super) struct Pose<'a> {
@@ -37,13 +51,10 @@ impl Container {
         let tangents = a.tangent.map(|i| self.floats(i, 4)).transpose()?.unwrap_or_default();
         let mut tangents: Vec<Vec3> = tangents.chunks_exact(4).map(Vec3::from_slice).collect();
         as_many("TANGENT", tangents.len())?;
-        let uvs = match pose.uv_set {
-            0 => a.texcoord_0,
-            _ => a.texcoord_1,
-        };
+        let sets = [a.texcoord_0, a.texcoord_1];
+        let uvs = sets[pose.uv_set.min(1)];
         let uvs = uvs.map(|i| self.floats(i, 2)).transpose()?.unwrap_or_default();
-        // Ours run upwards.
-        let uvs: Vec<Vec2> = uvs.chunks_exact(2).map(|c| Vec2::new(c[0], 1.0 - c[1])).collect();
+        let uvs: Vec<Vec2> = uvs.chunks_exact(2).map(|c| Vec2::new(c[0], upwards(c[1]))).collect();
         as_many("TEXCOORD", uvs.len())?;
 
         for (target, &weight) in primitive.targets.iter().zip(pose.weights).filter(|(_, w)| **w != 0.0) {
@@ -67,7 +78,38 @@ impl Container {
         if let Some(i) = indices.iter().find(|i| **i as usize >= n) {
             return Err(format!("there is no vertex {i} among {n}"));
         }
-        Ok(Some(MeshDesc { positions, normals, tangents, uvs, indices: triangles(mode, &indices) }))
+        let mut attributes = self.colors(a)?;
+        let other = 1 - pose.uv_set.min(1);
+        if let Some(set) = sets[other] {
+            let mut values = self.floats(set, 2)?;
+            values.iter_mut().skip(1).step_by(2).for_each(|v| *v = upwards(*v));
+            let name = uv_name(other).to_owned();
+            attributes.push(MeshAttribute { name, channels: 2, per_face: false, values });
+        }
+        for attribute in &attributes {
+            as_many(&attribute.name, attribute.values.len() / attribute.channels as usize)?;
+        }
+        let indices = triangles(mode, &indices);
+        Ok(Some(MeshDesc { positions, normals, tangents, uvs, indices, attributes }))
+    }
+
+    /// Colours of vertices and their alpha, under the names that materials ask for.
+    fn colors(&self, a: &Attributes) -> Result<Vec<MeshAttribute>, String> {
+        let Some(index) = a.color_0 else { return Ok(Vec::new()) };
+        let per_face = false;
+        let made = |name: &str, channels, values| MeshAttribute {
+            name: name.to_owned(),
+            channels,
+            per_face,
+            values,
+        };
+        if self.root.accessors.get(index).is_some_and(|c| c.kind == "VEC3") {
+            return Ok(vec![made(COLOR, 3, self.floats(index, 3)?)]);
+        }
+        let rgba = self.floats(index, 4)?;
+        let rgb = rgba.chunks_exact(4).flat_map(|c| &c[..3]).copied().collect();
+        let alpha = rgba.iter().skip(3).step_by(4).copied().collect();
+        Ok(vec![made(COLOR, 3, rgb), made(ALPHA, 1, alpha)])
     }
 
     fn vectors(&self, accessor: usize) -> Result<Vec<Vec3>, String> {

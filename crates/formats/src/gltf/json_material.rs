@@ -14,6 +14,7 @@ pub(super) struct Material {
     pub(super) emissive_factor: [f32; 3],
     pub(super) emissive_texture: Option<TextureInfo>,
     pub(super) alpha_mode: String,
+    pub(super) alpha_cutoff: Option<f32>,
     pub(super) double_sided: bool,
     pub(super) extensions: MaterialExtensions,
 }

@@ -8,11 +8,12 @@ use math::{Vec2, trig};
 use scene_desc::{
     AreaLightDesc, ColorSpaceName, FloatInput, Illuminant, ImageDesc, ImageEncoding, ImageFilter, ImageId,
     IndexOfRefraction, Mapping2d, MaterialDesc, MaterialId, MaterialKind, MediumDesc, MediumId, MediumKind,
-    MetallicRoughnessDesc, PhaseDesc, SceneDesc, SpectrumDesc, SpectrumInput, TextureDesc, TextureId,
-    TextureInput, TextureKind, TextureNode, WrapMode,
+    MetallicRoughnessDesc, NormalLayout, PhaseDesc, SceneDesc, SpectrumDesc, SpectrumInput, TextureDesc,
+    TextureId, TextureInput, TextureKind, TextureNode, WrapMode,
 };
 
 use super::container::{Container, beside, bytes_of};
+use super::geometry::{ALPHA, COLOR, uv_name};
 use super::json_material::{Material, MaterialExtensions, TextureInfo, TextureTransform};
 use crate::report::Report;
 use crate::resources::readable;
@@ -41,6 +42,8 @@ pub(super) struct Materials<'a, 'r, 's> {
     /// Of the material in the making.
     name: String,
     uv_set: usize,
+    /// Is it multiplied with colours of vertices?
+    vertex_colors: bool,
 }
 
 impl<'a, 'r, 's> Materials<'a, 'r, 's> {
@@ -53,14 +56,26 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
             images: BTreeMap::new(),
             name: String::new(),
             uv_set: 0,
+            vertex_colors: false,
         }
     }
 
-    /// All looks of the file, and after them the default one.
-    pub(super) fn all(&mut self) -> Vec<Look> {
+    /// All looks of the file, and after them the default one; and again with colours of vertices, where a mesh has them.
+    pub(super) fn all(&mut self) -> (Vec<Look>, Vec<Option<Look>>) {
         let file = self.file;
         let default = Material::default();
-        file.root.materials.iter().chain([&default]).map(|m| self.look(m)).collect()
+        let n = file.root.materials.len();
+        let mut is_colored = vec![false; n + 1];
+        for primitive in file.root.meshes.iter().flat_map(|m| &m.primitives) {
+            if primitive.attributes.color_0.is_some() {
+                is_colored[primitive.material.filter(|m| *m < n).unwrap_or(n)] = true;
+            }
+        }
+        let all = || file.root.materials.iter().chain([&default]);
+        let plain = all().map(|m| self.look(m)).collect();
+        self.vertex_colors = true;
+        let colored = all().zip(is_colored).map(|(m, colored)| colored.then(|| self.look(m))).collect();
+        (plain, colored)
     }
 
     fn look(&mut self, m: &Material) -> Look {
@@ -82,11 +97,18 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
             None => MaterialKind::MetallicRoughness(Box::new(self.surface(m))),
         };
         let alpha = || m.alpha_mode == "MASK" || m.alpha_mode == "BLEND";
-        let opacity = alpha().then(|| self.number(&pbr.base_color_texture, 3, pbr.base_color_factor[3]));
-        let normal_map = m.normal_texture.as_ref().and_then(|t| self.plain_image(t, "normal map", false));
+        let opacity = alpha().then(|| self.opacity(m));
+        let normal_map = m.normal_texture.as_ref().and_then(|t| self.image(t, false, None));
+        let normal_layout = m.normal_texture.as_ref().map_or_else(NormalLayout::default, |t| NormalLayout {
+            mapping: self.mapping(t),
+            wrap: self.wraps(t),
+            strength: t.scale,
+            follows_v: true,
+        });
         let desc = MaterialDesc {
             name: m.name.clone(),
             normal_map,
+            normal_layout,
             opacity: opacity.filter(|o| *o != FloatInput::Constant(1.0)),
             ..MaterialDesc::new(kind, self.file.span)
         };
@@ -99,7 +121,7 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
         let (pbr, x) = (&m.pbr_metallic_roughness, &m.extensions);
         let [r, g, b, _] = pbr.base_color_factor;
         let mut desc = MetallicRoughnessDesc {
-            base_color: self.color(&pbr.base_color_texture, [r, g, b]),
+            base_color: self.base_color(&pbr.base_color_texture, [r, g, b]),
             metallic: self.number(&pbr.metallic_roughness_texture, 2, pbr.metallic_factor),
             roughness: self.number(&pbr.metallic_roughness_texture, 1, pbr.roughness_factor),
             ..MetallicRoughnessDesc::default()
@@ -240,36 +262,50 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
         if even {
             return SpectrumInput::Texture(image);
         }
-        // The product of two colours is a mixture of the image's own channels.
-        let product = self.tinted(texture, factor);
-        SpectrumInput::Texture(product.unwrap_or(image))
+        let b = TextureInput::Spectrum(SpectrumDesc::srgb(factor));
+        self.product(TextureInput::Texture(image), b)
     }
 
-    /// A texture times a colour: the sum of its channels, each as a factor of its primary.
-    fn tinted(&mut self, texture: &Option<TextureInfo>, factor: [f32; 3]) -> Option<TextureId> {
-        let info = texture.as_ref()?;
-        let mut sum: Option<TextureId> = None;
-        for c in 0..3_u8 {
-            let node = self.image_node(info, true, Some(c), if sum.is_some() { 2.0 } else { 1.0 })?;
-            let channel = self.texture(TextureKind::Float, node);
-            let mut primary = [0.0; 3];
-            primary[usize::from(c)] = factor[usize::from(c)];
-            let tex = TextureInput::Spectrum(SpectrumDesc::srgb(primary));
-            let scaled = TextureNode::Scale { tex, scale: FloatInput::Texture(channel) };
-            let scaled = self.texture(TextureKind::Spectrum, scaled);
-            sum = Some(match sum {
-                None => scaled,
-                Some(before) => {
-                    // (2a)/2 + (2b)/2: sums are mixtures of doubled parts.
-                    let doubled =
-                        TextureNode::Scale { tex: TextureInput::Texture(before), scale: 2.0.into() };
-                    let a = TextureInput::Texture(self.texture(TextureKind::Spectrum, doubled));
-                    let b = TextureInput::Texture(scaled);
-                    self.texture(TextureKind::Spectrum, TextureNode::Mix { a, b, amount: 0.5.into() })
-                }
-            });
+    fn product(&mut self, a: TextureInput, b: TextureInput) -> SpectrumInput {
+        SpectrumInput::Texture(self.texture(TextureKind::Spectrum, TextureNode::Product { a, b }))
+    }
+
+    /// The base's colour, times that of vertices.
+    fn base_color(&mut self, texture: &Option<TextureInfo>, factor: [f32; 3]) -> SpectrumInput {
+        let color = self.color(texture, factor);
+        if !self.vertex_colors {
+            return color;
         }
-        sum
+        let node = TextureNode::Attribute { name: COLOR.to_owned(), scale: 1.0 };
+        let own = TextureInput::Texture(self.texture(TextureKind::Spectrum, node));
+        let color = match color {
+            SpectrumInput::Constant(desc) => TextureInput::Spectrum(desc),
+            SpectrumInput::Texture(id) => TextureInput::Texture(id),
+        };
+        self.product(own, color)
+    }
+
+    /// The chance that the surface is there: nothing or all of it for MASK.
+    fn opacity(&mut self, m: &Material) -> FloatInput {
+        let pbr = &m.pbr_metallic_roughness;
+        let mut alpha = self.number(&pbr.base_color_texture, 3, pbr.base_color_factor[3]);
+        if self.vertex_colors {
+            let name = ALPHA.to_owned();
+            let own = self.texture(TextureKind::Float, TextureNode::Attribute { name, scale: 1.0 });
+            let node = TextureNode::Scale { tex: TextureInput::Texture(own), scale: alpha };
+            alpha = FloatInput::Texture(self.texture(TextureKind::Float, node));
+        }
+        if m.alpha_mode != "MASK" {
+            return alpha;
+        }
+        let edge = m.alpha_cutoff.unwrap_or(0.5);
+        match alpha {
+            FloatInput::Constant(a) => if a >= edge { 1.0 } else { 0.0 }.into(),
+            FloatInput::Texture(id) => {
+                let node = TextureNode::Step { tex: TextureInput::Texture(id), edge };
+                FloatInput::Texture(self.texture(TextureKind::Float, node))
+            }
+        }
     }
 
     fn texture(&mut self, kind: TextureKind, node: TextureNode) -> TextureId {
@@ -284,38 +320,50 @@ impl<'a, 'r, 's> Materials<'a, 'r, 's> {
         channel: Option<u8>,
         scale: f32,
     ) -> Option<TextureNode> {
-        if set_of(info) != self.uv_set {
-            self.warn("its textures use two sets of coordinates: all are laid by the first one's".to_owned());
-        }
         let image = self.image(info, srgb, channel)?;
         let sampler = self.file.root.textures.get(info.index).and_then(|t| t.sampler);
         let sampler = sampler.and_then(|s| self.file.root.samplers.get(s));
-        let wrap = |mode: Option<u32>| match mode {
-            Some(33071) => WrapMode::Clamp,
-            Some(33648) => WrapMode::Mirror,
-            _ => WrapMode::Repeat,
-        };
-        let (s, t) = (wrap(sampler.and_then(|s| s.wrap_s)), wrap(sampler.and_then(|s| s.wrap_t)));
-        if s != t {
-            self.warn(format!(
-                "a texture wraps as {s:?} along s and as {t:?} along t: {s:?} is used for both"
-            ));
-        }
         let filter = match sampler.map(|s| (s.mag_filter, s.min_filter)) {
             Some((Some(9728), _)) => ImageFilter::Point,
             Some((_, Some(9728 | 9729))) => ImageFilter::Bilinear,
             _ => ImageFilter::Trilinear,
         };
-        let mapping = mapping(info.extensions.transform.as_ref());
+        let (mapping, wrap) = (self.mapping(info), self.wraps(info));
         Some(TextureNode::ImageMap {
             image,
             mapping,
-            wrap: s,
+            wrap,
             filter,
             max_anisotropy: 8.0,
             scale,
             invert: false,
         })
+    }
+
+    /// From the surface's coordinates to the texture's.
+    fn mapping(&self, info: &TextureInfo) -> Mapping2d {
+        let transform = mapping(info.extensions.transform.as_ref());
+        let set = set_of(info);
+        if set == self.uv_set {
+            return transform;
+        }
+        let name = uv_name(set).to_owned();
+        match transform {
+            Mapping2d::Affine { u, v, shift } => Mapping2d::Attribute { name, u, v, shift },
+            _ => Mapping2d::Attribute { name, u: Vec2::X, v: Vec2::Y, shift: Vec2::ZERO },
+        }
+    }
+
+    fn wraps(&self, info: &TextureInfo) -> [WrapMode; 2] {
+        let root = &self.file.root;
+        let sampler = root.textures.get(info.index).and_then(|t| t.sampler);
+        let sampler = sampler.and_then(|s| root.samplers.get(s));
+        let wrap = |mode: Option<u32>| match mode {
+            Some(33071) => WrapMode::Clamp,
+            Some(33648) => WrapMode::Mirror,
+            _ => WrapMode::Repeat,
+        };
+        [wrap(sampler.and_then(|s| s.wrap_s)), wrap(sampler.and_then(|s| s.wrap_t))]
     }
 
     /// An image where no more than an image can be used.

@@ -6,16 +6,17 @@
 //!
 //! | of glTF          | what is read                                                                                |
 //! |------------------|---------------------------------------------------------------------------------------------|
-//! | geometry         | triangles, strips, fans; sparse accessors; morph targets and skins at rest; two sets of (u, v) of which a material uses one |
-//! | materials        | metallic-roughness with textures, normal maps, emission, alpha (MASK as coverage, like BLEND) |
+//! | geometry         | triangles, strips, fans; sparse accessors; morph targets and skins at rest; two sets of (u, v), colours of vertices |
+//! | materials        | metallic-roughness with textures, normal maps, emission, alpha (BLEND as coverage) |
 //! | `KHR_materials_` | `emissive_strength`, `ior`, `specular`, `transmission`, `volume` (absorption), `clearcoat`, `sheen`, `anisotropy`, `diffuse_transmission`, `unlit` (as emission), `variants` (the default) |
 //! | other extensions | `KHR_lights_punctual`, `KHR_texture_transform`, `KHR_mesh_quantization`                        |
 //!
-//! Numbers of lights are radiometric as they stand: candela are watts per steradian, lux are watts per square metre,
-//! and a light's `range`, which is for drawing, does not end it. Without a camera, the scene is seen from the front, a little
+//! Numbers of lights are radiometric as they stand, as viewers take them: candela are watts per steradian, lux are watts
+//! per square metre. Files of Blender are the exception: its exporter multiplies watts by 683, which is divided out again
+//! (docs/decisions/0130). A light's `range`, which is for drawing, does not end it. Without a camera, the scene is seen from the front, a little
 //! from above; without lights and glowing surfaces, there is an even sky and a key light.
 //!
-//! Left out, with a warning: colours of vertices, points and lines, iridescence, dispersion, different wraps along s and t.
+//! Left out, with a warning: points and lines, iridescence, dispersion; mappings of emission's textures.
 //! Without one: animations, occlusion (a path tracer finds its own), one-sided drawing.
 
 mod accessor;

@@ -120,7 +120,7 @@ fn finish(
         Vec::new()
     };
     let positions = vertices.iter().map(|c| lists.positions[c[0] as usize]).collect();
-    Ok(ShapeFile { positions, normals, uvs, triangles, hash, remarks, face_normals: false })
+    Ok(ShapeFile { positions, normals, uvs, triangles, hash, remarks, ..ShapeFile::default() })
 }
 
 /// The first N numbers; more (a weight, a colour) are left.

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use math::{Vec2, Vec3};
-use scene_desc::{BilinearMesh, MeshDesc};
+use scene_desc::{BilinearMesh, MeshAttribute, MeshDesc};
 
 use super::{ply_body, ply_header};
 use crate::source;
@@ -58,19 +58,33 @@ pub(super) struct Raw {
     pub(super) triangles: Vec<[u32; 3]>,
     /// In the file's order, around the face.
     pub(super) quads: Vec<[u32; 4]>,
+    /// What else there is.
+    pub(super) attributes: Vec<MeshAttribute>,
+    /// Triangles that each face became, if faces say more than their corners.
+    pub(super) triangles_of: Vec<u32>,
     /// Faces with fewer than three corners.
     pub(super) n_degenerate: usize,
 }
 
+/// What a file says beyond positions, normals and coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extras {
+    Skipped,
+    Kept,
+}
+
 /// Reads a file.
-pub(crate) fn load(path: &Path) -> Result<Ply, PlyError> {
+pub(crate) fn load(path: &Path, extras: Extras) -> Result<Ply, PlyError> {
     let source = source::read(path).map_err(|e| PlyError::new(format!("cannot be read: {e}"), e.hint()))?;
-    parse(&source.bytes, source.hash)
+    parse(&source.bytes, source.hash, extras)
 }
 
 /// Reads a file's bytes.
-pub(crate) fn parse(bytes: &[u8], hash: u64) -> Result<Ply, PlyError> {
-    let header = ply_header::parse(bytes)?;
+pub(crate) fn parse(bytes: &[u8], hash: u64, extras: Extras) -> Result<Ply, PlyError> {
+    let mut header = ply_header::parse(bytes)?;
+    if extras == Extras::Skipped {
+        header.elements.iter_mut().for_each(|e| e.groups.clear());
+    }
     let mut raw = ply_body::read(&header, &bytes[header.length..])?;
     let mut remarks = Vec::new();
     check_positions(&raw.positions)?;
@@ -132,9 +146,24 @@ fn replace_bad<T: Copy>(values: &mut [T], is_good: impl Fn(T) -> bool, good: T) 
     n
 }
 
+/// Values of faces become values of triangles; beside quadrilaterals they are left out.
+fn attributes(raw: Vec<MeshAttribute>, triangles_of: &[u32], has_quads: bool) -> Vec<MeshAttribute> {
+    let finite = |mut a: MeshAttribute| {
+        replace_bad(&mut a.values, |x: f32| x.is_finite(), 0.0);
+        if a.per_face {
+            let faces = a.values.chunks_exact(a.channels as usize).zip(triangles_of);
+            a.values =
+                faces.flat_map(|(v, n)| std::iter::repeat_n(v, *n as usize)).flatten().copied().collect();
+        }
+        a
+    };
+    raw.into_iter().filter(|a| !(a.per_face && has_quads)).map(finite).collect()
+}
+
 /// Triangles to a mesh, quadrilaterals to patches, with a patch's order of corners: (0,0), (1,0), (0,1), (1,1).
 fn split(raw: Raw, hash: u64, remarks: Vec<Remark>) -> Ply {
     let Raw { positions, normals, uvs, triangles, quads, .. } = raw;
+    let attributes = attributes(raw.attributes, &raw.triangles_of, !quads.is_empty());
     let patches = (!quads.is_empty()).then(|| {
         let indices = quads.iter().map(|[a, b, c, d]| [*a, *b, *d, *c]).collect();
         let (positions, normals, uvs) = if triangles.is_empty() {
@@ -148,6 +177,6 @@ fn split(raw: Raw, hash: u64, remarks: Vec<Remark>) -> Ply {
         let patches = patches.map(|p| Arc::new(BilinearMesh { positions, normals, uvs, ..p }));
         return Ply { mesh: None, patches, hash, remarks };
     }
-    let mesh = MeshDesc { positions, normals, tangents: Vec::new(), uvs, indices: triangles };
+    let mesh = MeshDesc { positions, normals, tangents: Vec::new(), uvs, indices: triangles, attributes };
     Ply { mesh: Some(Arc::new(mesh)), patches: patches.map(Arc::new), hash, remarks }
 }

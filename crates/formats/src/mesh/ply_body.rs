@@ -2,9 +2,10 @@
 //! one tight loop: a million triangles take some milliseconds. ASCII goes through one token at a time.
 
 use math::{Vec2, Vec3};
+use scene_desc::MeshAttribute;
 
 use super::ply::{PlyError, Raw};
-use super::ply_header::{Element, Encoding, Header, Property, Scalar};
+use super::ply_header::{Element, Encoding, Group, Header, Property, Scalar};
 
 /// Pairs of names for texture coordinates, in the order of preference.
 const UV_NAMES: [[&str; 2]; 4] =
@@ -127,8 +128,37 @@ fn vertex_columns<const BIG: bool>(
             column(i, &mut |v, x| raw.uvs[v][axis] = x);
         }
     }
+    for group in &element.groups {
+        let mut attribute = attribute(element, group);
+        attribute.values = vec![0.0; group.n * element.n];
+        for k in 0..group.n {
+            let scale = unit(element.properties[group.first + k].ty);
+            column(group.first + k, &mut |v, x| attribute.values[group.n * v + k] = x * scale);
+        }
+        raw.attributes.push(attribute);
+    }
     data.at += stride * element.n;
     Ok(())
+}
+
+/// Without values yet.
+fn attribute(element: &Element, group: &Group) -> MeshAttribute {
+    let per_face = element.name == "face";
+    MeshAttribute { name: group.name.clone(), channels: group.n as u32, per_face, values: Vec::new() }
+}
+
+/// Bytes stand for parts of one.
+fn unit(ty: Scalar) -> f32 {
+    if ty == Scalar::U8 { 1.0 / 255.0 } else { 1.0 }
+}
+
+/// The values of an item's groups, of all its numbers.
+fn take_groups(element: &Element, values: &[f32], out: &mut [MeshAttribute]) {
+    for (group, attribute) in element.groups.iter().zip(out) {
+        let range = group.first..group.first + group.n;
+        let properties = &element.properties[range.clone()];
+        attribute.values.extend(values[range].iter().zip(properties).map(|(x, p)| x * unit(p.ty)));
+    }
 }
 
 /// One property of all vertices.
@@ -220,6 +250,7 @@ fn read_element(element: &Element, data: &mut impl Numbers, raw: &mut Raw) -> Re
 fn read_vertices(element: &Element, data: &mut impl Numbers, raw: &mut Raw) -> Result<(), PlyError> {
     let layout = VertexLayout::of(element)?;
     let mut values = vec![0.0_f32; element.properties.len()];
+    let mut attributes: Vec<_> = element.groups.iter().map(|g| attribute(element, g)).collect();
     raw.positions.reserve(element.n);
     for item in 0..element.n {
         for (value, p) in values.iter_mut().zip(&element.properties) {
@@ -234,21 +265,35 @@ fn read_vertices(element: &Element, data: &mut impl Numbers, raw: &mut Raw) -> R
         raw.positions.push(three(layout.position));
         raw.normals.extend(layout.normal.map(three));
         raw.uvs.extend(layout.uv.map(|i| Vec2::from_array(i.map(|i| values[i]))));
+        take_groups(element, &values, &mut attributes);
     }
+    raw.attributes.append(&mut attributes);
     Ok(())
 }
 
 fn read_faces(element: &Element, data: &mut impl Numbers, raw: &mut Raw) -> Result<(), PlyError> {
     let at = corners_of(element)?;
     let mut corners = Vec::new();
+    let mut attributes: Vec<_> = element.groups.iter().map(|g| attribute(element, g)).collect();
+    let mut values = vec![0.0_f32; element.properties.len()];
     for item in 0..element.n {
         corners.clear();
         for (i, p) in element.properties.iter().enumerate() {
-            let done = if i == at { list(p, data, &mut corners) } else { skip(p, data) };
+            let done = match p.count {
+                Some(_) if i == at => list(p, data, &mut corners),
+                Some(_) => skip(p, data),
+                None => data.number(p.ty).map(|x| values[i] = x as f32),
+            };
             done.ok_or_else(|| data.failed("face", item))?;
         }
+        let before = raw.triangles.len();
         add_face(&corners, raw);
+        if !attributes.is_empty() {
+            take_groups(element, &values, &mut attributes);
+            raw.triangles_of.push((raw.triangles.len() - before) as u32);
+        }
     }
+    raw.attributes.append(&mut attributes);
     Ok(())
 }
 

@@ -70,6 +70,18 @@ pub(super) struct Element {
     pub(super) name: String,
     pub(super) n: usize,
     pub(super) properties: Vec<Property>,
+    /// Those that are not known here, by their names' common beginning.
+    pub(super) groups: Vec<Group>,
+}
+
+/// Numbers next to each other with a name in common: `color_0`, `color_1`, `color_2`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Group {
+    pub(super) name: String,
+    /// Index of the first property.
+    pub(super) first: usize,
+    /// How many.
+    pub(super) n: usize,
 }
 
 impl Element {
@@ -119,7 +131,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, PlyError> {
             ["format", "binary_big_endian", _] => encoding = Some(Encoding::Big),
             ["element", name, n] => {
                 let Ok(n) = n.parse() else { return wrong("no count") };
-                elements.push(Element { name: (*name).to_owned(), n, properties: Vec::new() });
+                elements.push(Element {
+                    name: (*name).to_owned(),
+                    n,
+                    properties: Vec::new(),
+                    groups: Vec::new(),
+                });
             }
             ["property", rest @ ..] => {
                 let Some(property) = property(rest) else { return wrong("unknown property") };
@@ -128,6 +145,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, PlyError> {
             }
             ["end_header"] => {
                 let Some(encoding) = encoding else { return wrong("no format before it") };
+                elements.iter_mut().for_each(|e| e.groups = groups(e));
                 return Ok(Header { encoding, elements, length: lines.at, n_lines: lines.n });
             }
             [] | ["comment" | "obj_info", ..] => {}
@@ -135,6 +153,47 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, PlyError> {
         }
     }
     Err(PlyError::new("the header has no end", "is the file complete?"))
+}
+
+/// What Mitsuba makes of properties that it does not know: `vertex_` or `face_`, and what stands before the last `_`; `r`,
+/// `g`, `b` are a colour. Of one to three numbers.
+fn groups(element: &Element) -> Vec<Group> {
+    const KNOWN: [&str; 14] = [
+        "x",
+        "y",
+        "z",
+        "nx",
+        "ny",
+        "nz",
+        "u",
+        "v",
+        "s",
+        "t",
+        "texture_u",
+        "texture_v",
+        "texture_s",
+        "texture_t",
+    ];
+    if !matches!(element.name.as_str(), "vertex" | "face") {
+        return Vec::new();
+    }
+    let mut groups: Vec<Group> = Vec::new();
+    for (i, p) in element.properties.iter().enumerate() {
+        if p.count.is_some() || KNOWN.contains(&p.name.as_str()) {
+            continue;
+        }
+        let word = match p.name.as_str() {
+            "r" | "g" | "b" | "red" | "green" | "blue" => "color",
+            name => name.rsplit_once('_').map_or(name, |(before, _)| before),
+        };
+        let name = format!("{}_{word}", element.name);
+        match groups.last_mut() {
+            Some(g) if g.name == name && g.first + g.n == i => g.n += 1,
+            Some(_) | None => groups.push(Group { name, first: i, n: 1 }),
+        }
+    }
+    groups.retain(|g| g.n <= 3);
+    groups
 }
 
 fn property(words: &[&str]) -> Option<Property> {

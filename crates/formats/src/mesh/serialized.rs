@@ -163,6 +163,7 @@ fn read_body(body: &mut Body<'_>, version: u16) -> Option<Result<ShapeFile, PlyE
     let finite3 = |v: Vec3| if v.is_finite() { v } else { Vec3::ZERO };
     let finite2 = |v: Vec2| if v.is_finite() { v } else { Vec2::ZERO };
     Some(Ok(ShapeFile {
+        attributes: Vec::new(),
         positions,
         normals: normals.into_iter().map(finite3).collect(),
         uvs: uvs.into_iter().map(finite2).collect(),

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use math::{Vec2, Vec3};
+use scene_desc::MeshAttribute;
 
-use super::ply::{PlyError, Remark};
+use super::ply::{Extras, PlyError, Remark};
 use super::{obj, ply, serialized};
 
 /// A mesh as its file has it; per-vertex lists are empty or as long as `positions`.
@@ -15,6 +16,8 @@ pub(crate) struct ShapeFile {
     pub(crate) uvs: Vec<Vec2>,
     /// Every index is below `positions.len()`.
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// What else the file says of vertices and faces.
+    pub(crate) attributes: Vec<MeshAttribute>,
     pub(crate) hash: u64,
     /// What was not as it should be, but could be read.
     pub(crate) remarks: Vec<Remark>,
@@ -36,7 +39,7 @@ pub(crate) fn load(path: &Path, kind: Kind) -> Result<ShapeFile, PlyError> {
     match kind {
         Kind::Obj => obj::load(path),
         Kind::Serialized(index) => serialized::load(path, index),
-        Kind::Ply => ply::load(path).map(from_ply),
+        Kind::Ply => ply::load(path, Extras::Kept).map(from_ply),
     }
 }
 
@@ -48,6 +51,7 @@ fn from_ply(ply: ply::Ply) -> ShapeFile {
         out.normals.clone_from(&mesh.normals);
         out.uvs.clone_from(&mesh.uvs);
         out.triangles.clone_from(&mesh.indices);
+        out.attributes.clone_from(&mesh.attributes);
     }
     if let Some(patches) = &ply.patches {
         if out.positions.is_empty() {

@@ -160,6 +160,7 @@ fn shaped(file: &ShapeFile, face_normals: bool, flip_v: bool) -> MeshDesc {
         tangents: Vec::new(),
         uvs: file.uvs.iter().map(upwards).collect(),
         indices: file.triangles.clone(),
+        attributes: file.attributes.clone(),
     }
 }
 

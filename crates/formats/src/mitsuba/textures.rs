@@ -191,7 +191,12 @@ impl<'t> Build<'t, '_, '_> {
                 let tex = inner.map_or(TextureInput::Float(1.0), TextureInput::Texture);
                 Some(TextureNode::Scale { tex, scale: scale.into() })
             }
-            "mesh_attribute" | "vertexcolors" | "volume" | "gridtexture" | "curvature" => {
+            "mesh_attribute" => {
+                let name = self.string(node, "name").unwrap_or_default();
+                let scale = self.float(node, "scale", 1.0);
+                Some(TextureNode::Attribute { name, scale })
+            }
+            "vertexcolors" | "volume" | "gridtexture" | "curvature" => {
                 self.unsupported(node, "grey of one half stands in");
                 Some(TextureNode::Constant(TextureInput::Float(0.5)))
             }
@@ -263,6 +268,7 @@ impl<'t> Build<'t, '_, '_> {
         };
         let max_anisotropy = self.float(node, "max_anisotropy", 20.0);
         node.accept(&["format", "accel", "cache", "wrap_mode_u", "wrap_mode_v"]);
+        let wrap = [wrap; 2];
         let image = self.image(node, encoding)?;
         let mapping = self.uv_transform(node).upwards().mapping();
         Some(TextureNode::ImageMap {

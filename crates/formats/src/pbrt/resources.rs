@@ -79,7 +79,8 @@ impl Build<'_, '_> {
                 files.push((path, span));
             }
         }
-        let loaded: Vec<_> = files.par_iter().map(|(path, _)| ply::load(path)).collect();
+        let loaded: Vec<_> =
+            files.par_iter().map(|(path, _)| ply::load(path, ply::Extras::Skipped)).collect();
         let mut plys = HashMap::new();
         for ((path, span), ply) in files.into_iter().zip(loaded) {
             match ply {

@@ -146,7 +146,14 @@ impl Build<'_, '_> {
         for (name, len) in [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())] {
             self.per_vertex(entity, name, len, n)?;
         }
-        Some(Geometry::Mesh(Arc::new(MeshDesc { positions, normals, tangents, uvs, indices })))
+        Some(Geometry::Mesh(Arc::new(MeshDesc {
+            positions,
+            normals,
+            tangents,
+            uvs,
+            indices,
+            ..MeshDesc::default()
+        })))
     }
 
     fn bilinear_mesh(&mut self, entity: &mut Entity) -> Option<Geometry> {

@@ -218,7 +218,7 @@ impl Build<'_, '_> {
             return self.refuse(entity.span, "texture \"imagemap\" has no \"filename\"", hint);
         };
         let image = self.image(&file, span, encoding)?;
-        Some(TextureNode::ImageMap { image, mapping, wrap, filter, max_anisotropy, scale, invert })
+        Some(TextureNode::ImageMap { image, mapping, wrap: [wrap; 2], filter, max_anisotropy, scale, invert })
     }
 
     /// One of several words.

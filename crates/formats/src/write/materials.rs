@@ -1,8 +1,8 @@
 //! `MakeNamedMaterial`.
 
 use scene_desc::{
-    ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness,
-    Span, SpectrumInput, SubsurfaceProfile, Tint,
+    ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, NormalLayout,
+    Roughness, Span, SpectrumInput, SubsurfaceProfile, Tint,
 };
 
 use super::params::Params;
@@ -20,6 +20,15 @@ impl Writer<'_, '_, '_> {
             if let (Some(id), true) = (material.normal_map, has_surface) {
                 let name = self.image(id)?;
                 p.string("normalmap", &name);
+                let told =
+                    NormalLayout { follows_v: material.normal_layout.follows_v, ..NormalLayout::default() };
+                if material.normal_layout != told {
+                    self.otherwise(
+                        material.span,
+                        "normal map with a strength or a mapping of its own",
+                        "it is laid as the surface's coordinates are",
+                    );
+                }
             }
             if let (Some(height), true) = (&material.displacement, has_surface) {
                 Self::float_input(&mut p, "displacement", height);

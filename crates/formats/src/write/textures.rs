@@ -1,7 +1,9 @@
 //! `Texture`.
 
 use math::{AnimatedTransform, Transform};
-use scene_desc::{ImageFilter, Mapping2d, Span, TextureDesc, TextureKind, TextureNode, WrapMode};
+use scene_desc::{
+    FloatInput, ImageFilter, Mapping2d, Span, TextureDesc, TextureInput, TextureKind, TextureNode, WrapMode,
+};
 
 use super::params::Params;
 use super::{WriteError, Writer};
@@ -50,6 +52,31 @@ impl Writer<'_, '_, '_> {
                 self.texture_input(p, "tex", tex, how);
                 Self::float_input(p, "scale", scale);
                 "scale"
+            }
+            TextureNode::Product { a, b } => {
+                let factor = match b {
+                    TextureInput::Float(x) => Some(FloatInput::Constant(*x)),
+                    TextureInput::Texture(id) if texture.kind == TextureKind::Float => {
+                        Some(FloatInput::Texture(*id))
+                    }
+                    TextureInput::Texture(_) | TextureInput::Spectrum(_) => None,
+                };
+                if factor.is_none() {
+                    self.otherwise(span, "product of two colours", "it is the first of them alone");
+                }
+                self.texture_input(p, "tex", a, how);
+                Self::float_input(p, "scale", &factor.unwrap_or(FloatInput::Constant(1.0)));
+                "scale"
+            }
+            TextureNode::Step { tex, .. } => {
+                self.otherwise(span, "step between zero and one", "it is the number itself");
+                self.texture_input(p, "tex", tex, how);
+                "scale"
+            }
+            TextureNode::Attribute { .. } => {
+                self.otherwise(span, "value that a mesh carries", "it is one half");
+                self.texture_input(p, "value", &TextureInput::Float(0.5), how);
+                "constant"
             }
             TextureNode::Mix { a, b, amount } => {
                 self.texture_input(p, "tex1", a, how);
@@ -112,9 +139,16 @@ impl Writer<'_, '_, '_> {
                 p.string("filename", &name);
                 self.encoding(p, *image);
                 self.mapping(p, mapping, place, span);
+                if wrap[0] != wrap[1] {
+                    self.otherwise(
+                        span,
+                        "image with two modes beyond its borders",
+                        "the first counts for both",
+                    );
+                }
                 p.string(
                     "wrap",
-                    match wrap {
+                    match wrap[0] {
                         WrapMode::Repeat => "repeat",
                         WrapMode::Clamp => "clamp",
                         WrapMode::Black => "black",
@@ -161,6 +195,9 @@ impl Writer<'_, '_, '_> {
                 p.float("vscale", v.y);
                 p.float("udelta", shift.x);
                 p.float("vdelta", shift.y);
+            }
+            Mapping2d::Attribute { .. } => {
+                self.otherwise(span, "second set of texture coordinates", "the first is used");
             }
             Mapping2d::Spherical(texture_from_world) => {
                 p.string("mapping", "spherical");

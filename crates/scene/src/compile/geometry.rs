@@ -98,6 +98,9 @@ impl Builder<'_, '_> {
                 [Some(a), Some(b)] => Some(self.textures.product(a, b)),
                 [a, b] => a.or(b),
             };
+            if let Geometry::Mesh(mesh) = &desc.geometry {
+                self.textures.attach(self.shapes.len() as u32, mesh);
+            }
             self.warn_of_dark_emitter(desc, &geometry, place);
             self.shapes.push(Shape {
                 geometry,

@@ -4,9 +4,9 @@
 //! normals are interpolated, the shading tangent and its perpendicular, both as long as ∂p/∂u.
 
 use math::{Dir, Frame, LocalDir, Vec2, Vec3};
-use scene_desc::WrapMode;
+use scene_desc::{ImageId, WrapMode};
 
-use crate::textures::TextureImage;
+use crate::textures::{Mapping, TextureImage};
 use crate::{SurfaceInteraction, TextureContext};
 
 /// Step of the difference quotient where the pixel has no footprint, in (u, v).
@@ -40,15 +40,33 @@ pub(super) fn bump(
     }
 }
 
-/// The frame about the normal that the map gives at the surface's (u, v).
-pub(super) fn normal_map(si: &SurfaceInteraction, map: &TextureImage) -> Frame {
-    let rgb = map.bilinear_rgb(Vec2::new(si.uv.x, 1.0 - si.uv.y), WrapMode::Repeat);
-    match (2.0 * Vec3::from(rgb) - 1.0).try_normalize() {
-        Some(n) => {
-            let n = si.frame.to_world(LocalDir(n)).face_forward(si.ng);
-            Frame::from_normal_tangent(n, si.frame.s)
+/// A map of normals; see [`scene_desc::NormalLayout`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct NormalMap {
+    pub(super) image: ImageId,
+    pub(super) mapping: Mapping,
+    pub(super) wrap: [WrapMode; 2],
+    pub(super) strength: f32,
+    pub(super) follows_v: bool,
+}
+
+impl NormalMap {
+    /// The frame about the normal that the map gives at (s, t), t upwards.
+    pub(super) fn frame(&self, si: &SurfaceInteraction, st: Vec2, map: &TextureImage) -> Frame {
+        let rgb = map.bilinear_rgb(Vec2::new(st.x, 1.0 - st.y), self.wrap);
+        let mut lean = 2.0 * Vec3::from(rgb) - 1.0;
+        lean.x *= self.strength;
+        lean.y *= self.strength;
+        if self.follows_v && si.dpdu.cross(si.dpdv).dot(si.frame.n.0) < 0.0 {
+            lean.y = -lean.y;
         }
-        None => si.frame,
+        match lean.try_normalize() {
+            Some(n) => {
+                let n = si.frame.to_world(LocalDir(n)).face_forward(si.ng);
+                Frame::from_normal_tangent(n, si.frame.s)
+            }
+            None => si.frame,
+        }
     }
 }
 
@@ -101,6 +119,35 @@ mod tests {
         let mut si = point();
         (si.dndu, si.dndv) = (si.dpdu, si.dpdv);
         assert!(bumped(&si, |_| 2.0).n.0.distance(Vec3::Z) < 1e-6);
+    }
+
+    fn normal_map(si: &SurfaceInteraction, image: &TextureImage) -> Frame {
+        layout().frame(si, si.uv, image)
+    }
+
+    fn layout() -> NormalMap {
+        NormalMap {
+            image: ImageId(0),
+            mapping: Mapping::Uv { scale: Vec2::ONE, shift: Vec2::ZERO },
+            wrap: [WrapMode::Repeat; 2],
+            strength: 1.0,
+            follows_v: false,
+        }
+    }
+
+    #[test]
+    fn maps_of_normals_have_a_strength_and_may_follow_v() {
+        let mut si = point();
+        let n = Vec3::new(0.0, 0.6, 0.8);
+        let image = TextureImage::of_floats([1, 1], 3, &(n * 0.5 + 0.5).to_array());
+        let half = NormalMap { strength: 0.5, follows_v: true, ..layout() };
+        let frame = half.frame(&si, si.uv, &image);
+        assert!(frame.n.0.distance(Vec3::new(0.0, 0.3, 0.8).normalize()) < 1e-6);
+        // The same with u the other way round: the second axis is still up.
+        si.dpdu = -si.dpdu;
+        si.frame = Frame { s: -Vec3::X, t: -Vec3::Y, n: Dir::Z };
+        assert!(half.frame(&si, si.uv, &image).n.0.distance(frame.n.0) < 1e-6);
+        assert!(layout().frame(&si, si.uv, &image).n.0.distance(Vec3::new(0.0, -0.6, 0.8)) < 1e-6);
     }
 
     #[test]

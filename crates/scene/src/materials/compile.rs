@@ -11,6 +11,7 @@ use scene_desc::{
 };
 use spectrum::{ColorMode, Spectrum, Wavelengths};
 
+use super::bump::NormalMap;
 use super::look::{Look, PlasticLook};
 use super::parameters::{Base, Lookup, ProfileKey};
 use super::subsurface::{Interior, Under, effective_albedo, measured, names};
@@ -111,7 +112,14 @@ impl Compiler<'_, '_> {
             },
             (None, Some(image)) => {
                 self.textures.use_image(image);
-                Relief::NormalMap(image)
+                let layout = &desc.normal_layout;
+                Relief::NormalMap(NormalMap {
+                    image,
+                    mapping: self.textures.mapping(&layout.mapping),
+                    wrap: layout.wrap,
+                    strength: layout.strength,
+                    follows_v: layout.follows_v,
+                })
             }
             (None, None) => Relief::None,
         };

@@ -3,11 +3,12 @@
 
 use math::Vec3;
 use scene_desc::{
-    FloatInput, ImageFilter, ImageId, LightKind, SceneDesc, ShapeDesc, Sink, Span, SpectrumDesc,
-    SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
+    FloatInput, ImageFilter, ImageId, LightKind, Mapping2d, MeshDesc, SceneDesc, ShapeDesc, Sink, Span,
+    SpectrumDesc, SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
 };
 use spectrum::{ColorPipeline, SpectrumValue};
 
+use super::attributes::Attributes;
 use super::images::{ImageUse, Images};
 use super::mapping::{Mapping, Mapping3};
 use super::node::{
@@ -29,6 +30,7 @@ pub struct TextureCompiler<'a> {
     floats: Vec<FloatNode>,
     spectra: Vec<SpectrumNode>,
     images: Vec<ImageUse>,
+    attributes: Attributes,
     /// What each texture has become already: as numbers, and in each role.
     float_of: Vec<Option<FloatHandle>>,
     spectrum_of: Vec<[Option<SpectrumHandle>; 3]>,
@@ -46,6 +48,7 @@ impl<'a> TextureCompiler<'a> {
             floats: Vec::new(),
             spectra: Vec::new(),
             images: vec![ImageUse::None; scene.images.len()],
+            attributes: Attributes::default(),
             float_of: vec![None; n],
             spectrum_of: vec![[const { None }; 3]; n],
         };
@@ -104,7 +107,23 @@ impl<'a> TextureCompiler<'a> {
     #[must_use]
     pub fn finish(self) -> Textures {
         let images = Images::load(&self.scene.images, &self.images, self.sink);
-        Textures { floats: self.floats, spectra: self.spectra, images, colors: self.colors }
+        Textures {
+            floats: self.floats,
+            spectra: self.spectra,
+            images,
+            attributes: self.attributes,
+            colors: self.colors,
+        }
+    }
+
+    /// Keeps what textures ask for of the values that a mesh carries, which is shape `shape`.
+    pub(crate) fn attach(&mut self, shape: u32, mesh: &MeshDesc) {
+        self.attributes.attach(shape, mesh);
+    }
+
+    /// Compiles a mapping.
+    pub(crate) fn mapping(&mut self, mapping: &Mapping2d) -> Mapping {
+        Mapping::compile(mapping, &mut self.attributes)
     }
 
     fn need(&mut self, image: ImageId, what: ImageUse) {
@@ -184,6 +203,18 @@ impl<'a> TextureCompiler<'a> {
                 Some(lookup) => FloatNode::Image(lookup),
                 None => return FloatHandle::Constant(0.0),
             },
+            TextureNode::Step { tex, edge } => {
+                let step = FloatNode::Step { tex: operand(self, tex), edge: *edge };
+                match step {
+                    FloatNode::Step { tex: FloatHandle::Constant(c), edge } => {
+                        return FloatHandle::Constant(if c >= edge { 1.0 } else { 0.0 });
+                    }
+                    step => step,
+                }
+            }
+            TextureNode::Attribute { name, scale } => {
+                FloatNode::Attribute { id: self.attributes.id(name), scale: *scale }
+            }
             TextureNode::Marble { .. } => {
                 self.sink.error(span, "marble gives spectra, not numbers");
                 return FloatHandle::Constant(0.0);
@@ -195,6 +226,7 @@ impl<'a> TextureCompiler<'a> {
                 }
             }
             TextureNode::Scale { .. }
+            | TextureNode::Product { .. }
             | TextureNode::Mix { .. }
             | TextureNode::DirectionMix { .. }
             | TextureNode::Checkerboard { .. }
@@ -252,6 +284,13 @@ impl<'a> TextureCompiler<'a> {
                 Some(lookup) => SpectrumNode::Image(lookup, role),
                 None => return black(),
             },
+            TextureNode::Attribute { name, scale } => {
+                SpectrumNode::Attribute { id: self.attributes.id(name), scale: *scale, role }
+            }
+            TextureNode::Step { .. } => {
+                let number = self.float_node(desc, index);
+                return self.grey(number);
+            }
             TextureNode::Marble { octaves, roughness, scale, variation, texture_from_world } => {
                 let marble =
                     Marble { octaves: *octaves, omega: *roughness, scale: *scale, variation: *variation };
@@ -262,6 +301,7 @@ impl<'a> TextureCompiler<'a> {
                 return self.grey(number);
             }
             TextureNode::Scale { .. }
+            | TextureNode::Product { .. }
             | TextureNode::Mix { .. }
             | TextureNode::DirectionMix { .. }
             | TextureNode::Checkerboard { .. }
@@ -306,6 +346,7 @@ impl<'a> TextureCompiler<'a> {
             TextureNode::Scale { tex, scale } => {
                 Combine::Scale { tex: operand(self, tex), scale: number(self, scale) }
             }
+            TextureNode::Product { a, b } => Combine::Product { a: operand(self, a), b: operand(self, b) },
             TextureNode::Mix { a, b, amount } => {
                 Combine::Mix { a: operand(self, a), b: operand(self, b), amount: number(self, amount) }
             }
@@ -317,7 +358,7 @@ impl<'a> TextureCompiler<'a> {
             TextureNode::Checkerboard { a, b, mapping: Some(mapping), .. } => Combine::Checkerboard {
                 a: operand(self, a),
                 b: operand(self, b),
-                mapping: Mapping::compile(mapping),
+                mapping: self.mapping(mapping),
             },
             TextureNode::Checkerboard { a, b, mapping: None, texture_from_world } => Combine::Cubes {
                 a: operand(self, a),
@@ -326,14 +367,16 @@ impl<'a> TextureCompiler<'a> {
             },
             TextureNode::Bilerp { corners, mapping } => Combine::Bilerp {
                 corners: Box::new(corners.each_ref().map(|c| operand(self, c))),
-                mapping: Mapping::compile(mapping),
+                mapping: self.mapping(mapping),
             },
             TextureNode::Dots { inside, outside, mapping } => Combine::Dots {
                 inside: operand(self, inside),
                 outside: operand(self, outside),
-                mapping: Mapping::compile(mapping),
+                mapping: self.mapping(mapping),
             },
             TextureNode::Constant(_)
+            | TextureNode::Step { .. }
+            | TextureNode::Attribute { .. }
             | TextureNode::Fbm { .. }
             | TextureNode::Wrinkled { .. }
             | TextureNode::Windy { .. }
@@ -362,7 +405,7 @@ impl<'a> TextureCompiler<'a> {
         );
         Some(ImageLookup {
             image: *image,
-            mapping: Mapping::compile(mapping),
+            mapping: self.mapping(mapping),
             wrap: *wrap,
             filter: *filter,
             max_anisotropy: max_anisotropy.clamp(1.0, MAX_ANISOTROPY),
@@ -387,6 +430,9 @@ fn noise_of(node: &TextureNode) -> Option<Noise> {
         TextureNode::Windy { texture_from_world } => (NoiseKind::Windy, 0, 0.0, texture_from_world),
         TextureNode::Constant(_)
         | TextureNode::Scale { .. }
+        | TextureNode::Product { .. }
+        | TextureNode::Step { .. }
+        | TextureNode::Attribute { .. }
         | TextureNode::Mix { .. }
         | TextureNode::DirectionMix { .. }
         | TextureNode::Checkerboard { .. }
@@ -401,9 +447,9 @@ fn noise_of(node: &TextureNode) -> Option<Noise> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Footprint, TextureContext};
+    use crate::{Footprint, Place, TextureContext};
     use math::{Dir, Point, Transform, Vec2};
-    use scene_desc::{ImageDesc, ImageEncoding, Mapping2d, TextureId as Id, WrapMode};
+    use scene_desc::{ImageDesc, ImageEncoding, TextureId as Id, WrapMode};
     use spectrum::{ColorMode, ColorSpace, Wavelengths};
     use std::path::Path;
 
@@ -411,7 +457,13 @@ mod tests {
 
     fn at(u: f32, v: f32) -> TextureContext {
         let p = Point::new(u, v, 0.25);
-        TextureContext { p, n: Dir::Z, uv: Vec2::new(u, v), footprint: Footprint::default() }
+        TextureContext {
+            p,
+            n: Dir::Z,
+            uv: Vec2::new(u, v),
+            footprint: Footprint::default(),
+            place: Place::default(),
+        }
     }
 
     fn float(node: TextureNode) -> TextureDesc {
@@ -455,7 +507,7 @@ mod tests {
         TextureNode::ImageMap {
             image: ImageId(0),
             mapping: Mapping2d::default(),
-            wrap: WrapMode::Clamp,
+            wrap: [WrapMode::Clamp; 2],
             filter,
             max_anisotropy: 8.0,
             scale,

@@ -10,6 +10,7 @@ use std::f32::consts::PI;
 use math::{Mat2, Mat4, Transform, Vec2, Vec3, trig};
 use scene_desc::Mapping2d;
 
+use super::attributes::{AttributeId, Attributes};
 use crate::TextureContext;
 
 /// A point of the texture plane and its change from pixel to pixel.
@@ -51,6 +52,15 @@ pub(crate) enum Mapping {
         /// Added after it.
         shift: Vec2,
     },
+    /// Coordinates that the mesh carries under an affine map.
+    Attribute {
+        /// Which.
+        id: AttributeId,
+        /// The linear part.
+        matrix: Mat2,
+        /// Added after it.
+        shift: Vec2,
+    },
     /// (θ/π, φ/2π) about the texture's origin.
     Spherical(Mat4),
     /// (φ/2π + ½, z) about the texture's z axis.
@@ -66,8 +76,11 @@ pub(crate) enum Mapping {
 
 impl Mapping {
     /// Makes the mapping that a file asks for.
-    pub(crate) fn compile(desc: &Mapping2d) -> Self {
+    pub(crate) fn compile(desc: &Mapping2d, attributes: &mut Attributes) -> Self {
         match desc {
+            Mapping2d::Attribute { name, u, v, shift } => {
+                Self::Attribute { id: attributes.id(name), matrix: Mat2::from_cols(*u, *v), shift: *shift }
+            }
             Mapping2d::Uv { scale, shift } => {
                 Self::Uv { scale: Vec2::from(*scale), shift: Vec2::from(*shift) }
             }
@@ -95,7 +108,7 @@ impl Mapping {
     }
 
     /// The coordinates of a surface point.
-    pub(crate) fn map(&self, ctx: &TextureContext) -> Coord2 {
+    pub(crate) fn map(&self, ctx: &TextureContext, attributes: &Attributes) -> Coord2 {
         let f = &ctx.footprint;
         match self {
             Self::Uv { scale, shift } => {
@@ -103,6 +116,10 @@ impl Mapping {
             }
             Self::Affine { matrix, shift } => {
                 Coord2 { st: *matrix * ctx.uv + *shift, dx: *matrix * f.duvdx, dy: *matrix * f.duvdy }
+            }
+            Self::Attribute { id, matrix, shift } => {
+                let [u, v, _] = attributes.at(*id, &ctx.place);
+                Coord2 { st: *matrix * Vec2::new(u, v) + *shift, dx: Vec2::ZERO, dy: Vec2::ZERO }
             }
             Self::Spherical(m) => spherical(&transform(m, ctx)),
             Self::Cylindrical(m) => cylindrical(&transform(m, ctx)),
@@ -169,11 +186,19 @@ fn azimuth(p: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Footprint;
+    use crate::{Footprint, Place};
     use math::{DVec3, Dir, Point};
 
+    fn none() -> Attributes {
+        Attributes::default()
+    }
+
+    fn compile(m: &Mapping2d) -> Mapping {
+        Mapping::compile(m, &mut none())
+    }
+
     fn at(p: Vec3, uv: Vec2, footprint: Footprint) -> TextureContext {
-        TextureContext { p: Point(p), n: Dir::Z, uv, footprint }
+        TextureContext { p: Point(p), n: Dir::Z, uv, footprint, place: Place::default() }
     }
 
     fn turned() -> Transform {
@@ -185,7 +210,7 @@ mod tests {
     fn known_points_have_known_coordinates() {
         let id = Transform::IDENTITY;
         let st = |m: Mapping2d, p: Vec3| {
-            Mapping::compile(&m).map(&at(p, Vec2::new(0.25, 0.5), Footprint::default())).st
+            compile(&m).map(&at(p, Vec2::new(0.25, 0.5), Footprint::default()), &none()).st
         };
         let uv = Mapping2d::Uv { scale: [4.0, 2.0], shift: [0.5, -1.0] };
         assert_eq!(st(uv, Vec3::ZERO), Vec2::new(1.5, 0.0));
@@ -215,11 +240,12 @@ mod tests {
             shift: [0.0; 2],
         };
         for m in [Mapping2d::Spherical(turned()), Mapping2d::Cylindrical(turned()), planar] {
-            let mapping = Mapping::compile(&m);
+            let mapping = compile(&m);
             let (p, dpdx, dpdy) =
                 (Vec3::new(0.4, -0.9, 0.7), Vec3::new(1.0, 0.2, 0.1), Vec3::new(-0.3, 0.1, 0.8));
-            let c = mapping.map(&at(p, Vec2::ZERO, Footprint { dpdx, dpdy, ..Footprint::default() }));
-            let st = |q: Vec3| mapping.map(&at(q, Vec2::ZERO, Footprint::default())).st;
+            let c =
+                mapping.map(&at(p, Vec2::ZERO, Footprint { dpdx, dpdy, ..Footprint::default() }), &none());
+            let st = |q: Vec3| mapping.map(&at(q, Vec2::ZERO, Footprint::default()), &none()).st;
             let h = 1e-2;
             let numeric = |d: Vec3| (st(p + d * h) - st(p - d * h)) / (2.0 * h);
             assert!(c.dx.distance(numeric(dpdx)) < 1e-3, "{m:?} {} {}", c.dx, numeric(dpdx));
@@ -231,7 +257,7 @@ mod tests {
     fn the_axis_has_no_footprint_rather_than_an_infinite_one() {
         let f = Footprint { dpdx: Vec3::X, dpdy: Vec3::Y, ..Footprint::default() };
         for m in [Mapping2d::Spherical(Transform::IDENTITY), Mapping2d::Cylindrical(Transform::IDENTITY)] {
-            let c = Mapping::compile(&m).map(&at(Vec3::Z, Vec2::ZERO, f));
+            let c = compile(&m).map(&at(Vec3::Z, Vec2::ZERO, f), &none());
             assert!(c.st.is_finite() && c.dx.is_finite() && c.dy.is_finite(), "{c:?}");
         }
     }

@@ -10,6 +10,7 @@ use math::{Vec2, Vec3};
 use scene_desc::{ImageFilter, ImageId, WrapMode};
 use spectrum::{ColorPipeline, ColorSpace, Spectrum, SpectrumValue, Wavelengths};
 
+use super::attributes::{AttributeId, Attributes};
 use super::images::Images;
 use super::mapping::{Coord2, Mapping, Mapping3};
 use super::noise::{Octaves, fbm, turbulence};
@@ -42,6 +43,7 @@ pub struct Textures {
     pub(super) floats: Vec<FloatNode>,
     pub(super) spectra: Vec<SpectrumNode>,
     pub(super) images: Images,
+    pub(super) attributes: Attributes,
     pub(super) colors: ColorPipeline,
 }
 
@@ -54,6 +56,10 @@ pub(super) enum FloatNode {
     Noise(Noise),
     /// An image.
     Image(ImageLookup),
+    /// One from an edge on, zero below.
+    Step { tex: FloatHandle, edge: f32 },
+    /// What the mesh carries.
+    Attribute { id: AttributeId, scale: f32 },
 }
 
 /// A texture of spectra.
@@ -67,6 +73,8 @@ pub(super) enum SpectrumNode {
     Marble(Marble, Mapping3),
     /// An image.
     Image(ImageLookup, SpectrumRole),
+    /// What the mesh carries.
+    Attribute { id: AttributeId, scale: f32, role: SpectrumRole },
 }
 
 /// A texture made of others, of numbers or of spectra alike.
@@ -74,6 +82,8 @@ pub(super) enum SpectrumNode {
 pub(super) enum Combine<H> {
     /// A product.
     Scale { tex: H, scale: FloatHandle },
+    /// The same of two alike.
+    Product { a: H, b: H },
     /// `(1 − amount) a + amount b`.
     Mix { a: H, b: H, amount: FloatHandle },
     /// `|n · dir| a + (1 − |n · dir|) b`.
@@ -113,7 +123,7 @@ pub(super) enum NoiseKind {
 pub(super) struct ImageLookup {
     pub(super) image: ImageId,
     pub(super) mapping: Mapping,
-    pub(super) wrap: WrapMode,
+    pub(super) wrap: [WrapMode; 2],
     pub(super) filter: ImageFilter,
     pub(super) max_anisotropy: f32,
     pub(super) scale: f32,
@@ -124,7 +134,13 @@ impl Textures {
     /// No textures: enough for handles of constants.
     #[must_use]
     pub fn none(colors: ColorPipeline) -> Self {
-        Self { floats: Vec::new(), spectra: Vec::new(), images: Images::default(), colors }
+        Self {
+            floats: Vec::new(),
+            spectra: Vec::new(),
+            images: Images::default(),
+            attributes: Attributes::default(),
+            colors,
+        }
     }
 
     /// The value of a number at a point.
@@ -154,6 +170,11 @@ impl Textures {
         self.float(handle, ctx).clamp(0.0, 1.0)
     }
 
+    /// Where a mapping takes a point.
+    pub(crate) fn coordinates(&self, mapping: &Mapping, ctx: &TextureContext) -> Vec2 {
+        mapping.map(ctx, &self.attributes).st
+    }
+
     /// The decoded images, by the description's ids.
     #[must_use]
     pub fn images(&self) -> &Images {
@@ -170,48 +191,75 @@ impl Textures {
     #[must_use]
     pub fn memory(&self) -> usize {
         self.images.memory()
+            + self.attributes.memory()
             + self.floats.len() * size_of::<FloatNode>()
             + self.spectra.len() * size_of::<SpectrumNode>()
     }
 
     fn eval_float(&self, id: TextureId, ctx: &TextureContext) -> f32 {
         match &self.floats[id.index()] {
-            FloatNode::Combine(c) => c.eval(ctx, |h| self.float(h, ctx), |h| self.float(h, ctx)),
+            FloatNode::Combine(c) => {
+                c.eval((ctx, &self.attributes), |h| self.float(h, ctx), |h| self.float(h, ctx))
+            }
             FloatNode::Noise(n) => n.eval(ctx),
             FloatNode::Image(lookup) => {
-                let value = lookup.scale * lookup.filtered::<f32>(self.images.get(lookup.image), ctx);
+                let st = lookup.mapping.map(ctx, &self.attributes);
+                let value = lookup.scale * lookup.filtered::<f32>(self.images.get(lookup.image), st);
                 if lookup.invert { (1.0 - value).max(0.0) } else { value }
             }
+            FloatNode::Step { tex, edge } => {
+                if self.float(tex, ctx) >= *edge {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            FloatNode::Attribute { id, scale } => scale * self.attributes.number(*id, &ctx.place),
         }
     }
 
     fn eval_spectrum(&self, id: TextureId, ctx: &TextureContext, wl: &Wavelengths) -> Spectrum {
         match &self.spectra[id.index()] {
-            SpectrumNode::Combine(c) => c.eval(ctx, |h| self.float(h, ctx), |h| self.spectrum(h, ctx, wl)),
+            SpectrumNode::Combine(c) => {
+                c.eval((ctx, &self.attributes), |h| self.float(h, ctx), |h| self.spectrum(h, ctx, wl))
+            }
             SpectrumNode::Grey(h) => Spectrum::splat(self.float(h, ctx)),
             SpectrumNode::Marble(m, mapping) => {
                 self.colors.texel_albedo(ColorSpace::Srgb, marble(m, &mapping.map(ctx)), wl)
             }
             SpectrumNode::Image(lookup, role) => {
                 let image = self.images.get(lookup.image);
-                let rgb = lookup.scale * lookup.filtered::<Vec3>(image, ctx);
+                let st = lookup.mapping.map(ctx, &self.attributes);
+                let rgb = lookup.scale * lookup.filtered::<Vec3>(image, st);
                 let rgb = if lookup.invert { 1.0 - rgb } else { rgb }.max(Vec3::ZERO).to_array();
-                let space = image.color_space();
-                match role {
-                    SpectrumRole::Albedo => self.colors.texel_albedo(space, rgb, wl),
-                    SpectrumRole::Unbounded => self.colors.texel_unbounded(space, rgb, wl),
-                    SpectrumRole::Illuminant => self.colors.texel_illuminant(space, rgb, wl),
-                }
+                self.texel(*role, image.color_space(), rgb, wl)
             }
+            SpectrumNode::Attribute { id, scale, role } => {
+                let rgb = self.attributes.at(*id, &ctx.place).map(|c| (c * scale).max(0.0));
+                self.texel(*role, ColorSpace::Srgb, rgb, wl)
+            }
+        }
+    }
+
+    fn texel(&self, role: SpectrumRole, space: ColorSpace, rgb: [f32; 3], wl: &Wavelengths) -> Spectrum {
+        match role {
+            SpectrumRole::Albedo => self.colors.texel_albedo(space, rgb, wl),
+            SpectrumRole::Unbounded => self.colors.texel_unbounded(space, rgb, wl),
+            SpectrumRole::Illuminant => self.colors.texel_illuminant(space, rgb, wl),
         }
     }
 }
 
 impl<H> Combine<H> {
     /// The value at a point; operands that do not count are not looked up.
-    fn eval<V>(&self, ctx: &TextureContext, float: impl Fn(&FloatHandle) -> f32, value: impl Fn(&H) -> V) -> V
+    fn eval<V>(
+        &self,
+        (ctx, attributes): (&TextureContext, &Attributes),
+        float: impl Fn(&FloatHandle) -> f32,
+        value: impl Fn(&H) -> V,
+    ) -> V
     where
-        V: Copy + Add<Output = V> + Mul<f32, Output = V>,
+        V: Copy + Add<Output = V> + Mul<f32, Output = V> + Mul<Output = V>,
     {
         let mix = |a: &H, b: &H, t: f32| match t {
             0.0 => value(a),
@@ -220,18 +268,19 @@ impl<H> Combine<H> {
         };
         match self {
             Self::Scale { tex, scale } => value(tex) * float(scale),
+            Self::Product { a, b } => value(a) * value(b),
             Self::Mix { a, b, amount } => mix(a, b, float(amount)),
             Self::DirectionMix { a, b, dir } => mix(b, a, ctx.n.0.dot(*dir).abs()),
-            Self::Checkerboard { a, b, mapping } => mix(a, b, checkerboard_2d(&mapping.map(ctx))),
+            Self::Checkerboard { a, b, mapping } => mix(a, b, checkerboard_2d(&mapping.map(ctx, attributes))),
             Self::Cubes { a, b, mapping } => mix(a, b, checkerboard_3d(&mapping.map(ctx))),
             Self::Bilerp { corners, mapping } => {
-                let Vec2 { x: s, y: t } = mapping.map(ctx).st;
+                let Vec2 { x: s, y: t } = mapping.map(ctx, attributes).st;
                 let [v00, v01, v10, v11] = &**corners;
                 (value(v00) * (1.0 - t) + value(v01) * t) * (1.0 - s)
                     + (value(v10) * (1.0 - t) + value(v11) * t) * s
             }
             Self::Dots { inside, outside, mapping } => {
-                if inside_dot(mapping.map(ctx).st) {
+                if inside_dot(mapping.map(ctx, attributes).st) {
                     value(inside)
                 } else {
                     value(outside)
@@ -248,7 +297,9 @@ impl Combine<FloatHandle> {
         match self {
             Self::Scale { tex: Constant(a), scale: Constant(b) } => Some(a * b),
             Self::Mix { a: Constant(a), b: Constant(b), amount: Constant(t) } => Some(a * (1.0 - t) + b * t),
+            Self::Product { a: Constant(a), b: Constant(b) } => Some(a * b),
             Self::Scale { .. }
+            | Self::Product { .. }
             | Self::Mix { .. }
             | Self::DirectionMix { .. }
             | Self::Checkerboard { .. }
@@ -279,9 +330,9 @@ impl Noise {
 
 impl ImageLookup {
     /// The image around a point, before factor and inversion.
-    fn filtered<T: Texel>(&self, image: &TextureImage, ctx: &TextureContext) -> T {
+    fn filtered<T: Texel>(&self, image: &TextureImage, at: Coord2) -> T {
         // t runs upwards, rows run downwards.
-        let Coord2 { st, dx, dy } = self.mapping.map(ctx);
+        let Coord2 { st, dx, dy } = at;
         let st = Vec2::new(st.x, 1.0 - st.y);
         let d = [Vec2::new(dx.x, -dx.y), Vec2::new(dy.x, -dy.y)];
         match self.filter {

@@ -80,7 +80,7 @@ impl Pyramid {
 
 impl TextureImage {
     /// Bilinear at the two levels whose texels are as wide as the footprint. t = 0 is the top.
-    pub(crate) fn trilinear<T: Texel>(&self, st: Vec2, d: [Vec2; 2], mode: WrapMode) -> T {
+    pub(crate) fn trilinear<T: Texel>(&self, st: Vec2, d: [Vec2; 2], mode: [WrapMode; 2]) -> T {
         let size = self.level_0().size();
         let width = 2.0 * (d[0] * size).abs().max((d[1] * size).abs()).max_element();
         let top = self.n_levels() - 1;
@@ -96,7 +96,13 @@ impl TextureImage {
 
     /// The weighted mean over the footprint's ellipse, whose axes are at most `max_anisotropy` : 1.
     /// t = 0 is the top.
-    pub(crate) fn ewa<T: Texel>(&self, st: Vec2, d: [Vec2; 2], max_anisotropy: f32, mode: WrapMode) -> T {
+    pub(crate) fn ewa<T: Texel>(
+        &self,
+        st: Vec2,
+        d: [Vec2; 2],
+        max_anisotropy: f32,
+        mode: [WrapMode; 2],
+    ) -> T {
         // The ellipse's axes in texels, the longer first.
         let size = self.level_0().size();
         let [mut major, mut minor] = d.map(|v| v * size);
@@ -130,7 +136,13 @@ impl TextureImage {
 
 impl Level<'_> {
     /// The Gaussian mean over the ellipse with the axes `axes` (in (s, t)), widened by a texel.
-    fn ellipse<T: Texel>(&self, st: Vec2, axes: [Vec2; 2], weights: &[f32; WEIGHTS], mode: WrapMode) -> T {
+    fn ellipse<T: Texel>(
+        &self,
+        st: Vec2,
+        axes: [Vec2; 2],
+        weights: &[f32; WEIGHTS],
+        mode: [WrapMode; 2],
+    ) -> T {
         let center = st * self.size() - 0.5;
         let [p, q] = axes.map(|v| v * self.size());
 
@@ -214,7 +226,7 @@ mod tests {
 
     fn mean(level: &Level<'_>) -> f32 {
         let texels = (0..level.height).flat_map(|y| (0..level.width).map(move |x| (x, y)));
-        let sum: f32 = texels.map(|(x, y)| level.texel::<f32>(x, y, WrapMode::Clamp)).sum();
+        let sum: f32 = texels.map(|(x, y)| level.texel::<f32>(x, y, [WrapMode::Clamp; 2])).sum();
         sum / (level.width * level.height) as f32
     }
 
@@ -240,7 +252,7 @@ mod tests {
             TextureImage::new([2, 2], 1, Texels::Bytes { data, curve: Arc::clone(&curve) }, ColorSpace::Srgb);
         image.build_pyramid();
         let exact = [10, 200, 30, 40].iter().map(|&i: &usize| curve[i]).sum::<f32>() / 4.0;
-        let stored = image.level(1).texel::<f32>(0, 0, WrapMode::Clamp);
+        let stored = image.level(1).texel::<f32>(0, 0, [WrapMode::Clamp; 2]);
         assert!((stored - exact).abs() <= 0.5 * (curve[105] - curve[104]) + 1e-6, "{stored} {exact}");
     }
 
@@ -253,7 +265,8 @@ mod tests {
             let r2 = a.length_squared();
             if r2 < 1.0 {
                 let weight = trig::exp(-2.0 * r2) - trig::exp(-2.0);
-                sum += weight * image.level_0().bilinear::<f32>(st + p * a.x + q * a.y, WrapMode::Repeat);
+                sum +=
+                    weight * image.level_0().bilinear::<f32>(st + p * a.x + q * a.y, [WrapMode::Repeat; 2]);
                 total += weight;
             }
         }
@@ -276,7 +289,7 @@ mod tests {
         let across = [Vec2::new(long, long), Vec2::new(-short, short)];
         for (axes, around) in [(along, 0.9), (across, 0.0)] {
             let brute = brute_force(&image, st, axes);
-            let ewa: f32 = image.ewa(st, axes, 16.0, WrapMode::Repeat);
+            let ewa: f32 = image.ewa(st, axes, 16.0, [WrapMode::Repeat; 2]);
             assert!((brute - around).abs() < 0.12, "{brute}");
             assert!((ewa - brute).abs() < 0.06, "{ewa} against {brute}");
         }
@@ -301,7 +314,7 @@ mod tests {
                 total += weight;
             }
         }
-        let ewa: f32 = image.ewa(st, axes, 16.0, WrapMode::Repeat);
+        let ewa: f32 = image.ewa(st, axes, 16.0, [WrapMode::Repeat; 2]);
         assert!((ewa - sum / total).abs() < 2e-3, "{ewa} against {}", sum / total);
     }
 
@@ -311,27 +324,30 @@ mod tests {
         let mut image = TextureImage::new([64, 64], 1, Texels::Floats(Arc::from(data)), ColorSpace::Srgb);
         image.build_pyramid();
         let (st, d) = (Vec2::new(0.5, 0.5), [Vec2::new(0.05, 0.0), Vec2::new(0.01, 0.03)]);
-        let exact: f32 = image.level_0().bilinear(st, WrapMode::Clamp);
-        assert!((image.trilinear::<f32>(st, d, WrapMode::Clamp) - exact).abs() < 0.01);
-        assert!((image.ewa::<f32>(st, d, 8.0, WrapMode::Clamp) - exact).abs() < 0.01);
+        let exact: f32 = image.level_0().bilinear(st, [WrapMode::Clamp; 2]);
+        assert!((image.trilinear::<f32>(st, d, [WrapMode::Clamp; 2]) - exact).abs() < 0.01);
+        assert!((image.ewa::<f32>(st, d, 8.0, [WrapMode::Clamp; 2]) - exact).abs() < 0.01);
     }
 
     #[test]
     fn without_a_footprint_filters_are_bilinear_and_with_a_huge_one_the_mean() {
         let image = noise(32, 16);
         let st = Vec2::new(0.3, 0.8);
-        let sharp: f32 = image.level_0().bilinear(st, WrapMode::Repeat);
-        assert_eq!(image.trilinear::<f32>(st, [Vec2::ZERO; 2], WrapMode::Repeat), sharp);
-        assert_eq!(image.ewa::<f32>(st, [Vec2::ZERO; 2], 8.0, WrapMode::Repeat), sharp);
+        let sharp: f32 = image.level_0().bilinear(st, [WrapMode::Repeat; 2]);
+        assert_eq!(image.trilinear::<f32>(st, [Vec2::ZERO; 2], [WrapMode::Repeat; 2]), sharp);
+        assert_eq!(image.ewa::<f32>(st, [Vec2::ZERO; 2], 8.0, [WrapMode::Repeat; 2]), sharp);
         let whole = mean(&image.level_0());
         for d in
             [[Vec2::X * 50.0, Vec2::Y * 70.0], [Vec2::splat(f32::INFINITY); 2], [Vec2::splat(f32::NAN); 2]]
         {
-            assert!((image.trilinear::<f32>(st, d, WrapMode::Repeat) - whole).abs() < 1e-5 || d[0].is_nan());
-            assert!(image.ewa::<f32>(st, d, 8.0, WrapMode::Repeat).is_finite());
+            assert!(
+                (image.trilinear::<f32>(st, d, [WrapMode::Repeat; 2]) - whole).abs() < 1e-5 || d[0].is_nan()
+            );
+            assert!(image.ewa::<f32>(st, d, 8.0, [WrapMode::Repeat; 2]).is_finite());
         }
         assert!(
-            (image.ewa::<f32>(st, [Vec2::X * 50.0, Vec2::Y * 70.0], 8.0, WrapMode::Repeat) - whole).abs()
+            (image.ewa::<f32>(st, [Vec2::X * 50.0, Vec2::Y * 70.0], 8.0, [WrapMode::Repeat; 2]) - whole)
+                .abs()
                 < 1e-5
         );
     }

@@ -198,7 +198,7 @@ impl TextureImage {
 
     /// R, G and B between the texels around (s, t); t = 0 is the top.
     #[must_use]
-    pub fn bilinear_rgb(&self, st: Vec2, wrap: WrapMode) -> [f32; 3] {
+    pub fn bilinear_rgb(&self, st: Vec2, wrap: [WrapMode; 2]) -> [f32; 3] {
         self.level_0().bilinear::<Vec3>(st, wrap).to_array()
     }
 
@@ -249,15 +249,15 @@ impl TextureImage {
 
     fn texel<T: Texel>(&self, x: u32, y: u32) -> T {
         assert!(x < self.width && y < self.height, "texel ({x}, {y}) of {}×{}", self.width, self.height);
-        self.level_0().texel(x as i32, y as i32, WrapMode::Clamp)
+        self.level_0().texel(x as i32, y as i32, [WrapMode::Clamp; 2])
     }
 }
 
 impl Level<'_> {
     /// The texel at (x, y), which may lie outside.
     #[inline]
-    pub(crate) fn texel<T: Texel>(&self, x: i32, y: i32, mode: WrapMode) -> T {
-        self.at(wrap(x, self.width, mode), wrap(y, self.height, mode))
+    pub(crate) fn texel<T: Texel>(&self, x: i32, y: i32, mode: [WrapMode; 2]) -> T {
+        self.at(wrap(x, self.width, mode[0]), wrap(y, self.height, mode[1]))
     }
 
     /// The texel at a place inside; black where there is none.
@@ -273,20 +273,20 @@ impl Level<'_> {
     }
 
     /// The texel that (s, t) falls in; t = 0 is the top.
-    pub(crate) fn nearest<T: Texel>(&self, st: Vec2, mode: WrapMode) -> T {
+    pub(crate) fn nearest<T: Texel>(&self, st: Vec2, mode: [WrapMode; 2]) -> T {
         let p = (st * self.size()).floor();
         self.texel(p.x as i32, p.y as i32, mode)
     }
 
     /// Between the four texels around (s, t); t = 0 is the top.
     #[inline]
-    pub(crate) fn bilinear<T: Texel>(&self, st: Vec2, mode: WrapMode) -> T {
+    pub(crate) fn bilinear<T: Texel>(&self, st: Vec2, mode: [WrapMode; 2]) -> T {
         let p = st * self.size() - 0.5;
         let corner = p.floor();
         let d = p - corner;
         let (x, y) = (corner.x as i32, corner.y as i32);
-        let columns = [x, x.wrapping_add(1)].map(|x| wrap(x, self.width, mode));
-        let rows = [y, y.wrapping_add(1)].map(|y| wrap(y, self.height, mode));
+        let columns = [x, x.wrapping_add(1)].map(|x| wrap(x, self.width, mode[0]));
+        let rows = [y, y.wrapping_add(1)].map(|y| wrap(y, self.height, mode[1]));
         let row = |y: Option<i32>| {
             let [a, b] = columns.map(|x| self.at::<T>(x, y));
             a * (1.0 - d.x) + b * d.x
@@ -338,29 +338,30 @@ mod tests {
         let image = four();
         assert_eq!(image.texel_rgb(1, 0), [1.0, 0.0, 0.0]);
         assert_eq!(image.texel_rgb(0, 1), [0.0, 1.0, 0.0]);
-        assert_eq!(image.level_0().nearest::<Vec3>(Vec2::new(0.9, 0.1), WrapMode::Repeat), Vec3::X);
+        assert_eq!(image.level_0().nearest::<Vec3>(Vec2::new(0.9, 0.1), [WrapMode::Repeat; 2]), Vec3::X);
     }
 
     #[test]
     fn texel_centres_are_exact_and_the_middle_is_the_mean() {
         let image = four();
-        assert_eq!(image.bilinear_rgb(Vec2::new(0.25, 0.75), WrapMode::Clamp), [0.0, 1.0, 0.0]);
-        assert_eq!(image.bilinear_rgb(Vec2::splat(0.5), WrapMode::Clamp), [0.5, 0.5, 0.25]);
+        assert_eq!(image.bilinear_rgb(Vec2::new(0.25, 0.75), [WrapMode::Clamp; 2]), [0.0, 1.0, 0.0]);
+        assert_eq!(image.bilinear_rgb(Vec2::splat(0.5), [WrapMode::Clamp; 2]), [0.5, 0.5, 0.25]);
     }
 
     #[test]
     fn borders_wrap_as_asked() {
         let row = floats([4, 1], 1, vec![1.0, 2.0, 3.0, 4.0]);
         let at = |mode| [-5, -2, -1, 4, 5, 9].map(|x| row.level_0().texel::<f32>(x, 0, mode));
-        assert_eq!(at(WrapMode::Repeat), [4.0, 3.0, 4.0, 1.0, 2.0, 2.0]);
-        assert_eq!(at(WrapMode::Mirror), [4.0, 2.0, 1.0, 4.0, 3.0, 2.0]);
-        assert_eq!(at(WrapMode::Clamp), [1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
-        assert_eq!(at(WrapMode::Black), [0.0; 6]);
+        assert_eq!(at([WrapMode::Repeat; 2]), [4.0, 3.0, 4.0, 1.0, 2.0, 2.0]);
+        assert_eq!(at([WrapMode::Mirror; 2]), [4.0, 2.0, 1.0, 4.0, 3.0, 2.0]);
+        assert_eq!(at([WrapMode::Clamp; 2]), [1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
+        assert_eq!(at([WrapMode::Black; 2]), [0.0; 6]);
     }
 
     #[test]
     fn senseless_coordinates_do_no_harm() {
-        for mode in [WrapMode::Repeat, WrapMode::Mirror, WrapMode::Clamp, WrapMode::Black] {
+        for mode in [[WrapMode::Repeat; 2], [WrapMode::Mirror; 2], [WrapMode::Clamp; 2], [WrapMode::Black; 2]]
+        {
             for s in [f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
                 let _ = four().level_0().nearest::<Vec3>(Vec2::splat(s), mode);
                 let _ = four().bilinear_rgb(Vec2::splat(s), mode);
