@@ -27,6 +27,7 @@ mod geometry;
 mod json;
 mod json_material;
 mod materials;
+mod textures;
 
 use std::path::Path;
 

@@ -2,10 +2,10 @@
 //! one tight loop: a million triangles take some milliseconds. ASCII goes through one token at a time.
 
 use math::{Vec2, Vec3};
-use scene_desc::MeshAttribute;
 
 use super::ply::{PlyError, Raw};
-use super::ply_header::{Element, Encoding, Group, Header, Property, Scalar};
+use super::ply_extras::{Column, attribute, take_groups, unit};
+use super::ply_header::{Element, Encoding, Header, Property, Scalar};
 
 /// Pairs of names for texture coordinates, in the order of preference.
 const UV_NAMES: [[&str; 2]; 4] =
@@ -139,42 +139,6 @@ fn vertex_columns<const BIG: bool>(
     }
     data.at += stride * element.n;
     Ok(())
-}
-
-/// Without values yet.
-fn attribute(element: &Element, group: &Group) -> MeshAttribute {
-    let per_face = element.name == "face";
-    MeshAttribute { name: group.name.clone(), channels: group.n as u32, per_face, values: Vec::new() }
-}
-
-/// Bytes stand for parts of one.
-fn unit(ty: Scalar) -> f32 {
-    if ty == Scalar::U8 { 1.0 / 255.0 } else { 1.0 }
-}
-
-/// The values of an item's groups, of all its numbers.
-fn take_groups(element: &Element, values: &[f32], out: &mut [MeshAttribute]) {
-    for (group, attribute) in element.groups.iter().zip(out) {
-        let range = group.first..group.first + group.n;
-        let properties = &element.properties[range.clone()];
-        attribute.values.extend(values[range].iter().zip(properties).map(|(x, p)| x * unit(p.ty)));
-    }
-}
-
-/// One property of all vertices.
-struct Column<'a> {
-    block: &'a [u8],
-    stride: usize,
-    offset: usize,
-    ty: Scalar,
-}
-
-impl Column<'_> {
-    fn read<const BIG: bool>(&self, put: &mut dyn FnMut(usize, f32)) {
-        for (i, item) in self.block.chunks_exact(self.stride).enumerate() {
-            put(i, number::<BIG>(&item[self.offset..], self.ty) as f32);
-        }
-    }
 }
 
 /// A byte for the count, four for each corner, nothing else.
@@ -360,7 +324,7 @@ impl<const BIG: bool> Numbers for Binary<'_, BIG> {
 }
 
 /// The number at the start of `bytes`, which are enough.
-fn number<const BIG: bool>(bytes: &[u8], ty: Scalar) -> f64 {
+pub(super) fn number<const BIG: bool>(bytes: &[u8], ty: Scalar) -> f64 {
     fn first<const N: usize, const BIG: bool>(bytes: &[u8]) -> [u8; N] {
         let mut out: [u8; N] = std::array::from_fn(|i| bytes[i]);
         if BIG {

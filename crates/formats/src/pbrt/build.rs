@@ -31,6 +31,8 @@ pub(super) struct Build<'r, 's> {
     pub(super) images: HashMap<(PathBuf, EncodingKey), ImageId>,
     pub(super) spectra: HashMap<PathBuf, Option<Pairs>>,
     pub(super) hashes: Vec<u64>,
+    /// Is it a scene of pbrt-v3?
+    pub(super) is_old: bool,
 }
 
 /// Builds the scene as far as it goes; mistakes are in `report`.
@@ -46,6 +48,7 @@ pub(super) fn build(entities: Entities, main: &Path, report: &mut Report<'_>) ->
         images: HashMap::new(),
         spectra: HashMap::new(),
         hashes: entities.hashes,
+        is_old: entities.is_old,
     };
     build.media(entities.media);
     // The camera's shutter is the film's exposure time.

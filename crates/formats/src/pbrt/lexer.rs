@@ -42,13 +42,15 @@ pub(super) struct Lexer<'a> {
     /// Where in the line columns have been counted up to, and that column.
     counted: (usize, u32),
     peeked: Option<Result<Token<'a>, LexError>>,
+    /// Is it pbrt-v3's syntax?
+    pub(super) is_old: bool,
 }
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(bytes: &'a [u8], file: FileId) -> Self {
         // A byte order mark is no token.
         let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        Self { bytes, at, file, line: 1, counted: (at, 1), peeked: None }
+        Self { bytes, at, file, line: 1, counted: (at, 1), peeked: None, is_old: false }
     }
 
     /// The next token; `None` at the end of the file.

@@ -152,7 +152,11 @@ impl Build<'_, '_> {
         let image = self.image_param(p, "filename", ImageEncoding::Auto)?;
         Some(LightKind::InfiniteImage {
             image,
-            mapping: SphericalMapping::EqualArea,
+            mapping: if self.is_old {
+                SphericalMapping::EquiRectangular
+            } else {
+                SphericalMapping::EqualArea
+            },
             scale,
             illuminance,
             portal,

@@ -85,20 +85,24 @@ impl Build<'_, '_> {
         let (mut normal_map, mut displacement) = (None, None);
         if has_surface {
             normal_map = self.image_param(p, "normalmap", ImageEncoding::Linear);
-            displacement = self.float_input(p, "displacement");
+            displacement = self.float_input(p, if self.is_old { "bumpmap" } else { "displacement" });
         }
-        let is_stand_in = entity.kind == "measured";
+        let opacity = if self.is_old { self.old_opacity(entity) } else { None };
+        let is_stand_in = entity.kind == "measured" || (self.is_old && entity.kind == "fourier");
         if kind.is_some() && !is_stand_in {
             // The type of a named material is a parameter.
             p.accept(&[("type", Type::String)]);
             p.report_unused(&format!("material \"{}\"", entity.kind), self.report);
         }
         let kind = kind.unwrap_or_else(MaterialKind::default_diffuse);
-        MaterialDesc { name, normal_map, displacement, ..MaterialDesc::new(kind, entity.span) }
+        MaterialDesc { name, normal_map, displacement, opacity, ..MaterialDesc::new(kind, entity.span) }
     }
 
     fn material_kind(&mut self, entity: &Entity) -> Option<MaterialKind> {
         let p = &entity.params;
+        if self.is_old && super::old_materials::NAMES.contains(&entity.kind.as_str()) {
+            return self.old_material(entity);
+        }
         Some(match entity.kind.as_str() {
             "diffuse" => MaterialKind::Diffuse { reflectance: self.albedo(p, "reflectance", 0.5) },
             "diffusetransmission" => MaterialKind::DiffuseTransmission {
@@ -142,11 +146,11 @@ impl Build<'_, '_> {
         })
     }
 
-    fn albedo(&mut self, p: &Params, name: &'static str, default: f32) -> SpectrumInput {
+    pub(super) fn albedo(&mut self, p: &Params, name: &'static str, default: f32) -> SpectrumInput {
         self.spectrum_input(p, name, Role::Albedo).unwrap_or(SpectrumDesc::Constant(default).into())
     }
 
-    fn number(&mut self, p: &Params, name: &'static str, default: f32) -> FloatInput {
+    pub(super) fn number(&mut self, p: &Params, name: &'static str, default: f32) -> FloatInput {
         self.float_input(p, name).unwrap_or(FloatInput::Constant(default))
     }
 
@@ -171,7 +175,7 @@ impl Build<'_, '_> {
     }
 
     /// η and k, or a reflectance; copper if nothing is said.
-    fn conductor(&mut self, p: &Params, eta: &'static str, k: &'static str) -> ConductorSpectrum {
+    pub(super) fn conductor(&mut self, p: &Params, eta: &'static str, k: &'static str) -> ConductorSpectrum {
         let eta = self.spectrum_input(p, eta, Role::Unbounded);
         let k = self.spectrum_input(p, k, Role::Unbounded);
         if let Some(reflectance) = self.spectrum_input(p, "reflectance", Role::Albedo) {

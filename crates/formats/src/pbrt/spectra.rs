@@ -36,7 +36,9 @@ impl Build<'_, '_> {
     pub(super) fn illuminant(&mut self, p: &Params, name: &'static str) -> Illuminant {
         let spectrum = self.spectrum(p, name, Role::Illuminant);
         let spectrum = spectrum.unwrap_or(SpectrumDesc::Rgb { rgb: [1.0; 3], space: p.space });
-        Illuminant { spectrum, scale: p.float("scale", 1.0, self.report), normalize: true }
+        // Curves of pbrt-v3 are as bright as they say.
+        let normalize = !(self.is_old && matches!(spectrum, SpectrumDesc::Curve(_)));
+        Illuminant { spectrum, scale: p.float("scale", 1.0, self.report), normalize }
     }
 
     /// A number or a float texture.

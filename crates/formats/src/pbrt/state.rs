@@ -185,6 +185,8 @@ pub(super) struct Entities {
     pub(super) shapes: Vec<ShapeEntity>,
     pub(super) objects: Vec<ObjectEntity>,
     pub(super) instances: Vec<InstanceEntity>,
+    /// Are they pbrt-v3's?
+    pub(super) is_old: bool,
     /// Hashes of the files read, in order.
     pub(super) hashes: Vec<u64>,
 }

@@ -53,6 +53,10 @@ impl Build<'_, '_> {
         let p = &entity.params;
         let node = match entity.kind.as_str() {
             "constant" => TextureNode::Constant(self.constant(p, kind)),
+            "scale" if self.is_old => TextureNode::Product {
+                a: self.texture_input(p, "tex1", kind, 1.0),
+                b: self.texture_input(p, "tex2", kind, 1.0),
+            },
             "scale" => TextureNode::Scale {
                 tex: self.texture_input(p, "tex", kind, 1.0),
                 scale: self.float_input(p, "scale").unwrap_or(FloatInput::Constant(1.0)),

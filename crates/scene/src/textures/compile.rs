@@ -1,19 +1,20 @@
 //! From the textures of a description to flat arrays: only what is used, each spectrum texture once for each role,
 //! and what does not vary as the constant that it is.
 
+mod leaves;
+
 use math::Vec3;
 use scene_desc::{
-    FloatInput, ImageFilter, ImageId, LightKind, Mapping2d, MeshDesc, SceneDesc, ShapeDesc, Sink, Span,
-    SpectrumDesc, SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
+    FloatInput, ImageId, LightKind, Mapping2d, MeshDesc, SceneDesc, ShapeDesc, Sink, Span, SpectrumDesc,
+    SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
 };
 use spectrum::{ColorPipeline, SpectrumValue};
 
+use self::leaves::noise_of;
 use super::attributes::Attributes;
 use super::images::{ImageUse, Images};
 use super::mapping::{Mapping, Mapping3};
-use super::node::{
-    Combine, FloatHandle, FloatNode, ImageLookup, Noise, NoiseKind, SpectrumHandle, SpectrumNode, Textures,
-};
+use super::node::{Combine, FloatHandle, FloatNode, SpectrumHandle, SpectrumNode, Textures};
 use super::pattern::Marble;
 use super::spectra::{SpectrumRole, spectrum_value};
 use crate::TextureId;
@@ -384,64 +385,10 @@ impl<'a> TextureCompiler<'a> {
             | TextureNode::ImageMap { .. } => return None,
         })
     }
-
-    /// How an image map is looked up; `None` (and an error) if its image is not in the description.
-    fn image_lookup(&mut self, desc: &TextureDesc) -> Option<ImageLookup> {
-        let TextureNode::ImageMap { image, mapping, wrap, filter, max_anisotropy, scale, invert } =
-            &desc.node
-        else {
-            return None;
-        };
-        if image.index() >= self.scene.images.len() {
-            self.sink.error(desc.span, format!("there is no image {}", image.0));
-            return None;
-        }
-        self.need(
-            *image,
-            match filter {
-                ImageFilter::Point | ImageFilter::Bilinear => ImageUse::Base,
-                ImageFilter::Trilinear | ImageFilter::Ewa => ImageUse::Pyramid,
-            },
-        );
-        Some(ImageLookup {
-            image: *image,
-            mapping: self.mapping(mapping),
-            wrap: *wrap,
-            filter: *filter,
-            max_anisotropy: max_anisotropy.clamp(1.0, MAX_ANISOTROPY),
-            scale: *scale,
-            invert: *invert,
-        })
-    }
 }
 
 fn next_id(len: usize) -> TextureId {
     TextureId(u32::try_from(len - 1).unwrap_or(u32::MAX))
-}
-
-fn noise_of(node: &TextureNode) -> Option<Noise> {
-    let (kind, octaves, omega, texture_from_world) = match node {
-        TextureNode::Fbm { octaves, roughness, texture_from_world } => {
-            (NoiseKind::Fbm, *octaves, *roughness, texture_from_world)
-        }
-        TextureNode::Wrinkled { octaves, roughness, texture_from_world } => {
-            (NoiseKind::Wrinkled, *octaves, *roughness, texture_from_world)
-        }
-        TextureNode::Windy { texture_from_world } => (NoiseKind::Windy, 0, 0.0, texture_from_world),
-        TextureNode::Constant(_)
-        | TextureNode::Scale { .. }
-        | TextureNode::Product { .. }
-        | TextureNode::Step { .. }
-        | TextureNode::Attribute { .. }
-        | TextureNode::Mix { .. }
-        | TextureNode::DirectionMix { .. }
-        | TextureNode::Checkerboard { .. }
-        | TextureNode::Bilerp { .. }
-        | TextureNode::Dots { .. }
-        | TextureNode::Marble { .. }
-        | TextureNode::ImageMap { .. } => return None,
-    };
-    Some(Noise { kind, octaves, omega, mapping: Mapping3::compile(texture_from_world) })
 }
 
 #[cfg(test)]
@@ -449,7 +396,7 @@ mod tests {
     use super::*;
     use crate::{Footprint, Place, TextureContext};
     use math::{Dir, Point, Transform, Vec2};
-    use scene_desc::{ImageDesc, ImageEncoding, TextureId as Id, WrapMode};
+    use scene_desc::{ImageDesc, ImageEncoding, ImageFilter, TextureId as Id, WrapMode};
     use spectrum::{ColorMode, ColorSpace, Wavelengths};
     use std::path::Path;
 

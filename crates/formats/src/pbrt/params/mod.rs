@@ -1,6 +1,7 @@
 //! Typed parameter lists: `"float fov" [ 35 ]`. Whoever builds a thing asks for its parameters by name and type;
 //! what nobody asked for is an error, as in pbrt, with the name or type that was probably meant.
 
+mod edit;
 mod values;
 
 use std::cell::{Cell, RefCell};

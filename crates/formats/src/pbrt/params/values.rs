@@ -45,7 +45,7 @@ fn parse_one(
     let mut words = declaration.split([' ', '\t']).filter(|w| !w.is_empty());
     let (type_name, name) = (words.next(), words.next());
     let ty = match (type_name, name) {
-        (Some(t), Some(_)) => find_type(t, span, report),
+        (Some(t), Some(_)) => find_type(t, span, lexer.is_old, report),
         (_, _) => {
             report
                 .error(span, format!("\"{declaration}\" is no parameter declaration"))
@@ -78,7 +78,7 @@ fn parse_one(
     Ok(Some(Param { ty, name: name.into(), values, span, space: None, used: Cell::new(false) }))
 }
 
-fn find_type(name: &str, span: Span, report: &mut Report<'_>) -> Option<Type> {
+fn find_type(name: &str, span: Span, is_old: bool, report: &mut Report<'_>) -> Option<Type> {
     if let Some((_, ty)) = TYPES.iter().find(|t| t.0 == name) {
         return Some(*ty);
     }
@@ -89,6 +89,9 @@ fn find_type(name: &str, span: Span, report: &mut Report<'_>) -> Option<Type> {
         "xyz" => Some("rgb"),
         _ => None,
     };
+    if let (Some(new), true) = (old, is_old) {
+        return find_type(new, span, false, report);
+    }
     if let Some(new) = old {
         parser::old_syntax(report, span, &format!("parameter type \"{name}\""), new);
         return None;
@@ -105,7 +108,7 @@ fn parse_values(
     lexer: &mut Lexer<'_>,
     report: &mut Report<'_>,
 ) -> Result<Option<Values>, Refused> {
-    let mut reader = Reader { ty, name, values: None, wrong: ty.is_none() };
+    let mut reader = Reader { ty, name, values: None, wrong: ty.is_none(), is_old: lexer.is_old };
     let start = lexer.here();
     match lexer.next() {
         Some(Ok(token)) if token.kind == Kind::Open => loop {
@@ -167,6 +170,8 @@ struct Reader<'n> {
     values: Option<Values>,
     /// Something was wrong and has been reported.
     wrong: bool,
+    /// Is it pbrt-v3's syntax?
+    is_old: bool,
 }
 
 /// What a type's values look like.
@@ -230,9 +235,11 @@ impl Reader<'_> {
         let form = Form::of(ty);
         let fits = match (&kind, form) {
             (Kind::Text(t), Form::Bools) if **t == *"true" || **t == *"false" => {
-                report
-                    .warning(span, format!("\"{}\": a bool in quotes", self.name))
-                    .hint("pbrt-v3's way; pbrt-v4 writes true and false without");
+                if !self.is_old {
+                    report
+                        .warning(span, format!("\"{}\": a bool in quotes", self.name))
+                        .hint("pbrt-v3's way; pbrt-v4 writes true and false without");
+                }
                 self.push_bool(**t == *"true")
             }
             (Kind::Text(t), Form::Strings | Form::NumbersOrStrings) => {

@@ -45,7 +45,9 @@ impl Parser<'_, '_> {
 
     /// Remembers where a name was defined; twice is an error.
     pub(super) fn define(&mut self, what: &'static str, name: &str, span: Span) -> Done {
-        if let Some(first) = self.defined.insert((what, name.to_owned()), span) {
+        let before = self.defined.insert((what, name.to_owned()), span);
+        // In pbrt-v3 the last one counts.
+        if let Some(first) = before.filter(|_| !self.entities.is_old) {
             let hint = format!("the first is at {}", self.report.locate(first));
             return self.refuse(span, format!("{what} \"{name}\" is defined twice"), hint);
         }

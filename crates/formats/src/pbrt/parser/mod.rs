@@ -104,9 +104,10 @@ pub(in crate::pbrt) fn old_syntax(report: &mut Report<'_>, span: Span, what: &st
 }
 
 /// Reads a scene's main file and what it includes.
-pub(in crate::pbrt) fn parse(path: &Path, report: &mut Report<'_>) -> Entities {
+pub(in crate::pbrt) fn parse(path: &Path, is_old: bool, report: &mut Report<'_>) -> Entities {
     let file = report.add_source(path);
     let mut parser = Parser::new(path.parent().unwrap_or(Path::new("")).to_owned(), report);
+    parser.entities.is_old = is_old;
     let done = parser.file(path, Span::file(file));
     if done.is_ok() && !parser.in_world && !parser.report.is_over() {
         parser
@@ -228,6 +229,7 @@ impl<'r, 's> Parser<'r, 's> {
         }
         let Some(file) = whole.file else { return Err(Refused) };
         let mut lexer = Lexer::new(bytes, file);
+        lexer.is_old = self.entities.is_old;
         while let Some(token) = lexer.next() {
             let done = match token {
                 Ok(token) => self.directive(token, &mut lexer),
@@ -276,6 +278,7 @@ impl<'r, 's> Parser<'r, 's> {
             "Shape" | "Material" | "MakeNamedMaterial" | "NamedMaterial" | "Texture" | "LightSource"
             | "AreaLightSource" | "MediumInterface" | "MakeNamedMedium" | "ReverseOrientation"
             | "Attribute" => self.world(word, span, lexer),
+            "WorldEnd" if self.entities.is_old => Ok(()),
             "WorldEnd" => {
                 old_syntax(self.report, span, "WorldEnd", "no such directive: the scene ends with the file");
                 Err(Refused)

@@ -91,6 +91,7 @@ impl Parser<'_, '_> {
         let (kind, word) = match kind.as_str() {
             "float" => (TextureKind::Float, "float texture"),
             "spectrum" => (TextureKind::Spectrum, "spectrum texture"),
+            "color" if self.entities.is_old => (TextureKind::Spectrum, "spectrum texture"),
             "color" => {
                 old_syntax(self.report, kind_span, "texture kind \"color\"", "\"spectrum\"");
                 return Err(Refused);
