@@ -104,7 +104,9 @@ impl Container {
             values,
         };
         if self.root.accessors.get(index).is_some_and(|c| c.kind == "VEC3") {
-            return Ok(vec![made(COLOR, 3, self.floats(index, 3)?)]);
+            let rgb = self.floats(index, 3)?;
+            let opaque = vec![1.0; rgb.len() / 3];
+            return Ok(vec![made(COLOR, 3, rgb), made(ALPHA, 1, opaque)]);
         }
         let rgba = self.floats(index, 4)?;
         let rgb = rgba.chunks_exact(4).flat_map(|c| &c[..3]).copied().collect();
