@@ -1,7 +1,6 @@
 //! `steradian advise`.
 
-use lab::advise::{Advice, Question, advise};
-use lab::comparison::Entry;
+use lab::advise::{Advice, PILOTS, Question, advise};
 
 use crate::args::AdviseArgs;
 use crate::compare::{self, Teller};
@@ -9,15 +8,12 @@ use crate::exit::{Done, Status};
 use crate::interrupt::Interrupt;
 use crate::{load, messages};
 
-/// Pilots of each method.
-const PILOTS: u32 = 3;
-
 pub(crate) fn run(args: &AdviseArgs) -> Done {
     let interrupt = Interrupt::install()?;
     let workers = load::workers(&args.scene)?;
     let opened = load::open(&args.scene, &[], &workers)?;
     let entries = match args.integrators.is_empty() {
-        true => defaults(&opened.scene),
+        true => lab::advise::candidates(&opened.scene),
         false => args.integrators.clone(),
     };
     let question = Question {
@@ -39,14 +35,6 @@ pub(crate) fn run(args: &AdviseArgs) -> Done {
         print(&advice, args.error.target);
     }
     Ok(Status::Done)
-}
-
-/// Methods that show all light of the scene, as far as they know beforehand.
-fn defaults(scene: &scene::Scene) -> Vec<Entry> {
-    let shows_all = |name: &str| !matches!(name, "ao" | "direct" | "recursive");
-    let can = |entry: &Entry| render::Job::new(scene, &entry.method).is_ok();
-    let names = integrators::list().iter().map(|i| i.name).filter(|n| shows_all(n));
-    names.filter_map(|n| Entry::parse(n).ok()).filter(can).collect()
 }
 
 fn print(advice: &[Advice], target: f64) {

@@ -338,12 +338,8 @@ fn pixel(s: &str) -> Result<[i32; 2], String> {
     numbers(s, ',').ok_or("expected X,Y, such as 120,45".into())
 }
 
-/// `1%` or `0.01`.
 fn precision(s: &str) -> Result<Precision, String> {
-    let (number, unit) = s.strip_suffix('%').map_or((s, 1.0), |n| (n, 0.01));
-    let target = number.trim().parse::<f64>().ok().map(|x| x * unit);
-    let target = target.filter(|t| t.is_finite() && *t > 0.0);
-    target.map(|target| Precision { target }).ok_or("expected an error above zero, such as 1% or 0.01".into())
+    s.parse()
 }
 
 fn entry(s: &str) -> Result<Entry, String> {

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use lab::comparison::{self, Budget, Comparison, Pictures, Plan, Step, Truth};
+use lab::comparison::{self, Budget, Comparison, Plan, Step, Truth};
 use render::Event;
 use std::io::IsTerminal;
 
 use crate::args::CompareArgs;
 use crate::exit::{Done, Failure, Status};
 use crate::interrupt::Interrupt;
-use crate::{diff, load, messages};
+use crate::{load, messages};
 
 /// What each run may spend, if nothing is said.
 const DEFAULT_TIME: Duration = Duration::from_secs(5);
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &CompareArgs) -> Done {
     let compared = compared.map_err(failure)?;
 
     // Save.
-    let outputs = save(&args.output, &title(&args.scene.scene), &compared)?;
+    let outputs = lab::save(&args.output, &title(&args.scene.scene), &command(), &compared)?;
     if args.json {
         messages::json(&compared);
     } else if !args.quiet {
@@ -62,7 +62,7 @@ pub(crate) fn failure(e: comparison::Error) -> Failure {
 
 fn truth(args: &CompareArgs) -> Result<Truth, Failure> {
     if let Some(path) = &args.reference {
-        let picture = diff::load(path)?;
+        let picture = lab::Picture::load(path).map_err(Failure::input)?;
         let name = path.display().to_string();
         return Ok(Truth::Picture { name, rgb: picture.rgb, variance: picture.variance });
     }
@@ -87,7 +87,8 @@ pub(crate) fn cache(wanted: Option<&Path>) -> Option<PathBuf> {
 }
 
 /// `$XDG_CACHE_HOME/steradian/references`, or the same in `~/.cache`.
-fn user_cache() -> Option<PathBuf> {
+#[must_use]
+pub fn user_cache() -> Option<PathBuf> {
     let given = std::env::var_os("XDG_CACHE_HOME").filter(|v| !v.is_empty()).map(PathBuf::from);
     let home = || std::env::var_os("HOME").filter(|v| !v.is_empty()).map(|h| PathBuf::from(h).join(".cache"));
     given.or_else(home).map(|cache| cache.join("steradian").join("references"))
@@ -143,43 +144,8 @@ fn title(scene: &Path) -> String {
     }
 }
 
-/// The report, the figures and every picture; each whole or not at all.
-pub(crate) fn save(folder: &Path, title: &str, compared: &Comparison) -> Result<Vec<PathBuf>, Failure> {
-    let page = lab::page(compared, title, &command()).map_err(Failure::failed)?;
-    let json = serde_json::to_string_pretty(compared).map_err(Failure::failed)?;
-    let mut outputs = Vec::new();
-    let mut write = |name: &str, text: &str| {
-        let path = folder.join(name);
-        outputs.push(path.clone());
-        image::write_atomically(&path, text.as_bytes()).map_err(Failure::failed)
-    };
-    write("report.html", &page)?;
-    write("comparison.json", &json)?;
-    for pictures in std::iter::once(&compared.truth).chain(&compared.pictures) {
-        let path = folder.join(format!("{}.exr", file_name(&pictures.label)));
-        render::save_picture(&path, &picture(pictures, compared.size)?, 0.0)?;
-        outputs.push(path);
-    }
-    Ok(outputs)
-}
-
-fn picture(pictures: &Pictures, [width, height]: [usize; 2]) -> Result<image::Image, Failure> {
-    let rgb = || ["R", "G", "B"].map(str::to_owned).to_vec();
-    let of =
-        |values: &[[f32; 3]]| image::Image::from_data(width, height, rgb(), values.as_flattened().to_vec());
-    let mut picture = of(&pictures.rgb).map_err(Failure::failed)?;
-    let variance = of(&pictures.variance).map_err(Failure::failed)?;
-    picture.append("variance.", &variance).map_err(Failure::failed)?;
-    Ok(picture)
-}
-
-/// A label as a file's name.
-fn file_name(label: &str) -> String {
-    label.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.=".contains(c) { c } else { '_' }).collect()
-}
-
 /// What was typed.
-fn command() -> String {
+pub(crate) fn command() -> String {
     let quote = |a: String| if a.contains(' ') { format!("'{a}'") } else { a };
     let args = std::env::args_os().skip(1).map(|a| quote(a.to_string_lossy().into_owned()));
     std::iter::once("steradian".to_owned()).chain(args).collect::<Vec<_>>().join(" ")

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lab::Metrics;
+use lab::{Metrics, Picture};
 use serde::Serialize;
 
 use crate::args::DiffArgs;
@@ -22,6 +22,7 @@ struct Report<'a> {
 }
 
 pub(crate) fn run(args: &DiffArgs) -> Done {
+    let load = |path| Picture::load(path).map_err(Failure::input);
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     let size = |p: &Picture| format!("{} x {}", p.size[0], p.size[1]);
     if a.size != b.size {
@@ -34,10 +35,7 @@ pub(crate) fn run(args: &DiffArgs) -> Done {
         )));
     }
     let mut metrics = lab::compare(&a.rgb, &b.rgb).map_err(Failure::input)?;
-    let errors = match a.is_float || b.is_float {
-        true => lab::flip::flip_hdr(&a.rgb, &b.rgb, a.size[0]),
-        false => lab::flip::flip_ldr(&a.rgb, &b.rgb, a.size[0]),
-    };
+    let errors = lab::flip::between(&a, &b);
     metrics.flip = Some(lab::flip::mean(&errors));
     if let Some(path) = &args.map {
         save_map(path, &errors, a.size)?;
@@ -55,43 +53,6 @@ pub(crate) fn run(args: &DiffArgs) -> Done {
     }
     failed.iter().for_each(|sentence| messages::error(sentence));
     Ok(if failed.is_empty() { Status::Done } else { Status::No })
-}
-
-pub(crate) struct Picture {
-    pub(crate) size: [usize; 2],
-    pub(crate) rgb: Vec<[f32; 3]>,
-    /// Variance of each value, if the file has the layer.
-    pub(crate) variance: Option<Vec<[f32; 3]>>,
-    /// May it hold more than a screen shows?
-    is_float: bool,
-}
-
-/// Linear R, G, B; pictures of eight bits are decoded from sRGB.
-pub(crate) fn load(path: &Path) -> Result<Picture, Failure> {
-    let refuse = |e: image::ImageError| {
-        let e = anyhow::Error::from(e);
-        let named = e.to_string().contains(&*path.to_string_lossy());
-        Failure::Input(if named { e } else { e.context(path.display().to_string()) })
-    };
-    let whole = image::load_image(path).map_err(refuse)?;
-    let variance = variance(&whole);
-    let image = whole.to_rgb().map_err(refuse)?;
-    let rgb = image.data().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-    let is_float = !matches!(
-        image::Format::of_path(path),
-        Some(image::Format::Png | image::Format::Jpeg | image::Format::Tga | image::Format::Bmp)
-    );
-    Ok(Picture { size: [image.width(), image.height()], rgb, variance, is_float })
-}
-
-/// The layer that `steradian render` writes beside the picture.
-fn variance(image: &image::Image) -> Option<Vec<[f32; 3]>> {
-    let mut channels = [0; 3];
-    for (at, name) in channels.iter_mut().zip(["variance.R", "variance.G", "variance.B"]) {
-        *at = image.channel(name)?;
-    }
-    let n = image.channels().len();
-    Some(image.data().chunks_exact(n).map(|p| channels.map(|c| p[c])).collect())
 }
 
 /// Where the difference is seen: FLIP errors, as colours in pictures of eight bits, as numbers in others.

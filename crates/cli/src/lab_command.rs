@@ -81,7 +81,7 @@ fn save(args: &LabArgs, experiment: &Experiment, outcome: &Outcome) -> Result<()
     let Some(folder) = &args.output else { return Ok(()) };
     let folder = folder.join(experiment.name);
     fs::create_dir_all(&folder).map_err(Failure::failed)?;
-    compare::save(&folder, experiment.title, &outcome.comparison)?;
+    lab::save(&folder, experiment.title, &compare::command(), &outcome.comparison)?;
     let sheet = strip(&outcome.comparison).map_err(Failure::failed)?;
     render::save_picture(&folder.join("pictures.png"), &sheet, 0.0)?;
     let pictures = args.output.iter().map(|o| o.join("lecture"));

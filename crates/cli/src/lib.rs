@@ -23,6 +23,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::args::{Cli, Command};
+pub use crate::compare::user_cache;
 
 /// Runs the command that the arguments of the process ask for.
 #[must_use]

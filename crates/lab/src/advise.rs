@@ -19,6 +19,9 @@ use crate::comparison::{Batch, Bench, Budget, Entry, Error, Grid, Interval, esti
 /// Chance that a method is called blind although it is not.
 const FALSE_ALARM: f64 = 0.01;
 
+/// Pilots of each method, if nothing else is said.
+pub const PILOTS: u32 = 3;
+
 /// What to find out.
 #[derive(Clone, Debug)]
 pub struct Question {
@@ -59,6 +62,15 @@ struct Pilot {
     costs: Vec<f64>,
     seconds_per_pass: f64,
     batches: Vec<Batch>,
+}
+
+/// The methods that show all light of a scene and can render it, with their own settings.
+#[must_use]
+pub fn candidates(scene: &Scene) -> Vec<Entry> {
+    let shows_all = |name: &str| !matches!(name, "ao" | "direct" | "recursive");
+    let can = |entry: &Entry| render::Job::new(scene, &entry.method).is_ok();
+    let names = integrators::list().iter().map(|i| i.name).filter(|n| shows_all(n));
+    names.filter_map(|n| Entry::parse(n).ok()).filter(can).collect()
 }
 
 /// Runs the pilots; the best first.

@@ -13,6 +13,8 @@ use math::trig;
 use rayon::prelude::*;
 use spectrum::ColorSpace;
 
+use crate::Picture;
+
 /// Pixels that one degree of the field of view covers.
 const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
 /// Exponents and share of the two parts of the colour error [Andersson2020, sec. 4.1.3].
@@ -30,6 +32,14 @@ const EDGE_DEGREES: f64 = 0.082;
 pub fn flip_ldr(picture: &[[f32; 3]], reference: &[[f32; 3]], width: usize) -> Vec<f32> {
     let clamp = |p: &[[f32; 3]]| p.iter().map(|c| c.map(|x| finite(x).clamp(0.0, 1.0))).collect::<Vec<_>>();
     of_screens(&Plane::new(clamp(picture), width), &Plane::new(clamp(reference), width))
+}
+
+/// FLIP of each pixel of a picture `a` against `b`, of the same size: as screens show them if both have eight bits, else over a range
+/// of exposures.
+#[must_use]
+pub fn between(a: &Picture, b: &Picture) -> Vec<f32> {
+    let flip = if a.is_float || b.is_float { flip_hdr } else { flip_ldr };
+    flip(&a.rgb, &b.rgb, a.size[0])
 }
 
 /// FLIP of each pixel of pictures of high dynamic range: the largest over a range of exposures, from the one that keeps

@@ -5,7 +5,9 @@ pub mod comparison;
 pub mod experiment;
 pub mod flip;
 mod metrics;
+mod picture;
 mod report;
 
 pub use metrics::{Metric, MetricError, Metrics, compare};
-pub use report::page;
+pub use picture::{Picture, PictureError};
+pub use report::{page, save};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use film::Developed;
 use image::{Display, Format, Image, SaveOptions, ToneMap};
+use lab::{Picture, flip};
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -130,23 +131,34 @@ pub(crate) fn merge(py: Python<'_>, films: Vec<PyRef<'_, Film>>) -> PyResult<(Fi
     .map_err(|e| of_film(py, &e))
 }
 
-/// Metrics of two pictures of one size, (height, width, 3) of linear light.
+/// A picture of linear light, (height, width, 3).
+pub(crate) fn pixels(x: &PyReadonlyArray3<'_, f32>) -> PyResult<Vec<[f32; 3]>> {
+    if x.shape()[2] != 3 {
+        return Err(PyValueError::new_err("expected arrays of shape (height, width, 3)"));
+    }
+    let data: Vec<f32> = x.as_array().iter().copied().collect();
+    Ok(data.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+}
+
+/// Metrics of two pictures of one size, (height, width, 3) of linear light; `is_float`: they may hold more than a screen shows.
 #[pyfunction]
 pub(crate) fn diff<'py>(
     py: Python<'py>,
     a: PyReadonlyArray3<'py, f32>,
     b: PyReadonlyArray3<'py, f32>,
+    is_float: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let pixels = |x: &PyReadonlyArray3<'py, f32>| -> PyResult<Vec<[f32; 3]>> {
-        if x.shape()[2] != 3 {
-            return Err(PyValueError::new_err("expected arrays of shape (height, width, 3)"));
-        }
-        let data: Vec<f32> = x.as_array().iter().copied().collect();
-        Ok(data.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+    let picture = |x: &PyReadonlyArray3<'py, f32>| -> PyResult<Picture> {
+        Ok(Picture { size: [x.shape()[1], x.shape()[0]], rgb: pixels(x)?, variance: None, is_float })
     };
-    let (pa, pb) = (pixels(&a)?, pixels(&b)?);
-    let metrics =
-        py.detach(|| lab::compare(&pa, &pb)).map_err(|e| error(py, "FilmError", &render::sentence(&e)))?;
+    let (a, b) = (picture(&a)?, picture(&b)?);
+    let metrics = py
+        .detach(|| {
+            let metrics = lab::compare(&a.rgb, &b.rgb)?;
+            let flip = if a.size == b.size { Some(flip::mean(&flip::between(&a, &b))) } else { None };
+            Ok(lab::Metrics { flip, ..metrics })
+        })
+        .map_err(|e: lab::MetricError| error(py, "FilmError", &render::sentence(&e)))?;
     let d = PyDict::new(py);
     for metric in lab::Metric::ALL {
         d.set_item(metric.name(), metric.of(&metrics))?;
@@ -158,14 +170,21 @@ pub(crate) fn diff<'py>(
     Ok(d)
 }
 
-/// A picture file as linear light, (height, width, 3); eight bits are decoded from sRGB.
+/// A picture file as linear light, (height, width, 3), its variance if the file has it, and whether it may hold more than a screen
+/// shows. Eight bits are decoded from sRGB.
 #[pyfunction]
-pub(crate) fn load_picture(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
-    let picture = py
-        .detach(|| image::load_image(&path).and_then(|image| image.to_rgb()))
-        .map_err(|e| error(py, "FilmError", &format!("{}: {}", path.display(), render::sentence(&e))))?;
-    let size = [picture.height(), picture.width(), 3];
-    Ok(arrays::image(py, size, picture.data().to_vec())?.into_any())
+pub(crate) fn load_picture(
+    py: Python<'_>,
+    path: PathBuf,
+) -> PyResult<(Bound<'_, PyAny>, Option<Bound<'_, PyAny>>, bool)> {
+    let picture = py.detach(|| Picture::load(&path)).map_err(|e| error(py, "FilmError", &e.to_string()))?;
+    let size = [picture.size[1], picture.size[0], 3];
+    let rgb = arrays::image(py, size, picture.rgb.into_flattened())?.into_any();
+    let variance = match picture.variance {
+        Some(v) => Some(arrays::image(py, size, v.into_flattened())?.into_any()),
+        None => None,
+    };
+    Ok((rgb, variance, picture.is_float))
 }
 
 /// A PNG of linear light, (height, width, 3). Values above one are compressed if `filmic`, else white.

@@ -5,6 +5,7 @@
 //! awaited; no thread outlives a call, so that a fork finds none missing.
 
 mod arrays;
+mod compare;
 mod edit;
 mod errors;
 mod film;
@@ -24,6 +25,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", render::VERSION)?;
     m.add_class::<scene::Scene>()?;
     m.add_class::<film::Film>()?;
+    m.add_class::<compare::Comparison>()?;
     m.add_class::<geometry::Geometry>()?;
     m.add_class::<surfaces::Surfaces>()?;
     m.add_function(wrap_pyfunction!(samples::samples, m)?)?;
@@ -32,6 +34,9 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(command, m)?)?;
     m.add_function(wrap_pyfunction!(run::render_scene, m)?)?;
     m.add_function(wrap_pyfunction!(run::list_integrators, m)?)?;
+    m.add_function(wrap_pyfunction!(compare::compare, m)?)?;
+    m.add_function(wrap_pyfunction!(compare::advise_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(compare::reference_cache, m)?)?;
     m.add_function(wrap_pyfunction!(film::merge, m)?)?;
     m.add_function(wrap_pyfunction!(film::diff, m)?)?;
     m.add_function(wrap_pyfunction!(film::load_picture, m)?)?;

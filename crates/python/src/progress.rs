@@ -1,8 +1,11 @@
 //! What a render tells while it runs, handed to Python; and Ctrl-C, handed to the render.
 
+use lab::comparison::Step;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use render::{Cancel, Event, Progress};
+
+use crate::film::Film;
 
 /// Between a render and Python: hears events on the thread that called, some ten times a second.
 pub(crate) struct Listener {
@@ -22,9 +25,47 @@ impl Listener {
 
     /// Hands an event over, and looks whether somebody pressed Ctrl-C. Takes the interpreter's lock.
     pub(crate) fn on(&mut self, event: Event<'_>) {
+        self.tell(|py| dict(py, event));
+    }
+
+    /// The film while it is rendered, as a film of its own.
+    pub(crate) fn on_film(&mut self, film: &film::Film) {
+        let copy = film::Film::new(film.settings().clone()).and_then(|mut copy| {
+            copy.merge(film)?;
+            Ok(copy)
+        });
+        // Without memory for a second film there is nothing to look at.
+        let Ok(copy) = copy else { return };
+        self.tell(|py| {
+            let d = PyDict::new(py);
+            d.set_item("event", "film")?;
+            d.set_item("film", Py::new(py, Film::new(copy))?)?;
+            Ok(Some(d))
+        });
+    }
+
+    /// A step of a comparison, or an event within it.
+    pub(crate) fn on_step(&mut self, step: Step<'_>) {
+        match step {
+            Step::Reference => self.tell(|py| dict_of_step(py, "reference", 0, 0)),
+            Step::Trial { label, number, of } => self.tell(|py| dict_of_step(py, label, number, of)),
+            Step::Event(event) => self.on(event),
+        }
+    }
+
+    /// The pilot of a method begins.
+    pub(crate) fn on_pilot(&mut self, label: &str) {
+        self.on_step(Step::Trial { label, number: 0, of: 0 });
+    }
+
+    /// Hands over what `make` makes. The lock is taken, and Ctrl-C looked for, in any case.
+    pub(crate) fn tell<'e>(
+        &mut self,
+        make: impl for<'py> FnOnce(Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> + 'e,
+    ) {
         let told = Python::attach(|py| {
             py.check_signals()?;
-            if let (Some(listener), Some(event)) = (&self.listener, dict(py, event)?) {
+            if let (Some(listener), Some(event)) = (&self.listener, make(py)?) {
                 // `True` asks the render to stop with what it has.
                 let answer = listener.bind(py).call1((event,))?;
                 if answer.is_truthy()? {
@@ -75,6 +116,20 @@ fn dict<'py>(py: Python<'py>, event: Event<'_>) -> PyResult<Option<Bound<'py, Py
         }
         _ => return Ok(None),
     }
+    Ok(Some(d))
+}
+
+fn dict_of_step<'py>(
+    py: Python<'py>,
+    label: &str,
+    number: usize,
+    of: usize,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let d = PyDict::new(py);
+    d.set_item("event", "step")?;
+    d.set_item("label", label)?;
+    d.set_item("number", number)?;
+    d.set_item("of", of)?;
     Ok(Some(d))
 }
 

@@ -1,5 +1,6 @@
 //! Rendering: the one call that takes long.
 
+use std::cell::RefCell;
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,7 +8,7 @@ use std::time::Duration;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use render::{Cancel, Checkpoint, Job, Method, Outcome, SCENE_SETTINGS, Stop, Workers};
+use render::{Cancel, Checkpoint, Event, Job, Method, Outcome, Precision, SCENE_SETTINGS, Stop, Workers};
 
 use crate::errors::of_render;
 use crate::film::Film;
@@ -30,10 +31,20 @@ pub(crate) struct Request {
     passes: Option<[u32; 2]>,
     /// In seconds.
     time: Option<f64>,
+    /// √relMSE, as `1%` or `0.01`.
+    error: Option<String>,
+    /// Seconds between looks at the film while it is rendered.
+    view_every: Option<f64>,
     checkpoint: Option<PathBuf>,
     /// In seconds.
     checkpoint_every: f64,
     resume: bool,
+}
+
+/// When a render is done.
+enum Until {
+    Stop(Stop),
+    Precise(Precision),
 }
 
 /// As many threads as asked for.
@@ -59,6 +70,10 @@ impl Request {
         }
     }
 
+    fn precision(&self) -> PyResult<Option<Precision>> {
+        self.error.as_deref().map(str::parse).transpose().map_err(PyValueError::new_err)
+    }
+
     fn stop(&self, scene: &scene::Scene) -> PyResult<Stop> {
         match (self.passes, self.time) {
             (Some([a, b]), _) if a < b => Ok(Stop::Passes(a..b)),
@@ -69,7 +84,7 @@ impl Request {
     }
 }
 
-fn seconds(name: &str, value: f64) -> PyResult<Duration> {
+pub(crate) fn seconds(name: &str, value: f64) -> PyResult<Duration> {
     let valid = (value > 0.0).then(|| Duration::try_from_secs_f64(value).ok()).flatten();
     valid.ok_or_else(|| PyValueError::new_err(format!("{name} must be a number of seconds above 0")))
 }
@@ -87,7 +102,6 @@ pub(crate) fn render_scene<'py>(
     let opened = scene.compiled(py, &request.options(), request.threads)?;
     let load_seconds = began.elapsed().as_secs_f64();
     let workers = workers(py, request.threads)?;
-    let stop = request.stop(&opened.scene)?;
     let checkpoint = match &request.checkpoint {
         Some(path) => Some(Checkpoint {
             path: path.clone(),
@@ -102,17 +116,34 @@ pub(crate) fn render_scene<'py>(
         seed: request.seed,
     };
 
+    let until = match request.precision()? {
+        Some(precision) => Until::Precise(precision),
+        None => Until::Stop(request.stop(&opened.scene)?),
+    };
+    let view_every = request.view_every.map(|t| seconds("view_every", t)).transpose()?;
     let cancel = Cancel::default();
-    let mut listener = Listener::new(listener, cancel.clone());
+    let listener = Listener::new(listener, cancel.clone());
     let start = start.map(|film| film.film.clone());
-    let rendered = py.detach(|| {
-        let mut job = Job::new(&opened.scene, &method)?;
-        if let Some(film) = &start {
-            job.merge(film)?;
-        }
-        let outcome =
-            job.render(&stop, checkpoint.as_ref(), &workers, &cancel, &mut |event| listener.on(event))?;
-        Ok((job.into_film(), outcome))
+    let (rendered, listener) = py.detach(|| {
+        // Views and events are heard by one, on this thread.
+        let listener = RefCell::new(listener);
+        let job = Job::new(&opened.scene, &method).and_then(|mut job| {
+            start.map_or(Ok(()), |film| job.merge(&film))?;
+            Ok(job)
+        });
+        let rendered = job.and_then(|mut job| {
+            if let Some(every) = view_every {
+                job.view(every, |film| listener.borrow_mut().on_film(film));
+            }
+            let mut on_event = |event: Event<'_>| listener.borrow_mut().on(event);
+            let checkpoint = checkpoint.as_ref();
+            let outcome = match until {
+                Until::Precise(p) => job.render_until(p, checkpoint, &workers, &cancel, &mut on_event)?,
+                Until::Stop(stop) => job.render(&stop, checkpoint, &workers, &cancel, &mut on_event)?,
+            };
+            Ok((job.into_film(), outcome))
+        });
+        (rendered, listener.into_inner())
     });
     let interrupted = listener.end()?;
     let (film, outcome) = rendered.map_err(|e| of_render(py, &e))?;

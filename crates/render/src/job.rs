@@ -1,5 +1,7 @@
 //! A render: a scene, a method with its settings, and the film that they fill.
 
+use std::time::Duration;
+
 use film::{BadKind, Film, FilmSettings, Filter, RenderKey, Sign};
 use integrators::parameters::{ParameterInfo, ParameterKind};
 use integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext, Prepared};
@@ -13,7 +15,7 @@ use crate::events::{Cancel, Event};
 use crate::memory;
 use crate::open::SCENE_SETTINGS;
 use crate::output::VERSION;
-use crate::run::{Checkpointer, Control, Passes, RunReport, run};
+use crate::run::{Checkpointer, Control, Passes, RunReport, Viewer, run};
 use crate::stop::Stop;
 use crate::{Error, Workers};
 
@@ -36,6 +38,13 @@ pub struct Method {
 pub struct Job<'s> {
     bound: Bound<'s>,
     film: Film,
+    view: Option<View<'s>>,
+}
+
+/// Somebody who looks at the film while it is rendered.
+struct View<'s> {
+    every: Duration,
+    show: Box<dyn FnMut(&Film) + 's>,
 }
 
 /// An integrator and its scene.
@@ -70,13 +79,19 @@ impl<'s> Job<'s> {
     pub fn new(scene: &'s Scene, method: &Method) -> Result<Self, Error> {
         let (bound, settings) = bind(scene, method)?;
         memory::check(&settings, 2)?;
-        Ok(Self { bound, film: Film::new(settings)? })
+        Ok(Self { bound, film: Film::new(settings)?, view: None })
     }
 
     /// What was rendered so far.
     #[must_use]
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// From now on `show` sees the film `every` so often while it is rendered: whole passes, at least one. Workers go on meanwhile,
+    /// but add nothing to the film.
+    pub fn view(&mut self, every: Duration, show: impl FnMut(&Film) + 's) {
+        self.view = Some(View { every, show: Box::new(show) });
     }
 
     /// Takes over what another render of the same scene and method has.
@@ -130,7 +145,8 @@ impl<'s> Job<'s> {
         };
         let checkpointer =
             checkpoint.map(|c| Checkpointer { path: &c.path, every: c.every, save: &mut save });
-        let control = Control { cancel: cancel.clone(), checkpoint: checkpointer, on_event };
+        let viewer = self.view.as_mut().map(|v| Viewer { every: v.every, show: &mut *v.show });
+        let control = Control { cancel: cancel.clone(), checkpoint: checkpointer, viewer, on_event };
         let report = run(&mut self.bound, &self.film, stop, workers, control)?;
 
         // Once more at the end, so that a later call can go on from here.

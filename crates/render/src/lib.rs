@@ -34,7 +34,7 @@ pub use job::{Job, Method, Outcome, Replayed};
 pub use open::{Contents, Opened, SCENE_SETTINGS, SceneOptions, compile, load, open};
 pub use output::{VERSION, check_writable, is_picture, picture, save_picture};
 pub use precision::Precision;
-pub use run::{Checkpointer, Control, Passes, RunReport, run};
+pub use run::{Checkpointer, Control, Passes, RunReport, Viewer, run};
 pub use sheet::{save_sheet, sheet_path, strategy_sheet};
 pub use stop::Stop;
 pub use workers::Workers;

@@ -38,6 +38,18 @@ pub struct Precision {
     pub target: f64,
 }
 
+impl std::str::FromStr for Precision {
+    type Err = String;
+
+    /// `1%` or `0.01`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, unit) = text.trim().strip_suffix('%').map_or((text, 1.0), |n| (n, 0.01));
+        let target = number.trim().parse::<f64>().ok().map(|x| x * unit);
+        let target = target.filter(|t| t.is_finite() && *t > 0.0);
+        target.map(|target| Self { target }).ok_or("expected an error above zero, such as 1% or 0.01".into())
+    }
+}
+
 impl Job<'_> {
     /// Renders passes from the first on until the picture is precise, or `cancel` is asked for. Passes that the film has already
     /// count. The picture's bits depend on `precision`, scene, settings and seed alone.

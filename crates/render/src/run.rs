@@ -39,6 +39,8 @@ pub struct Control<'a> {
     pub cancel: Cancel,
     /// Saves the film every so often; an error is a warning, for the render is worth more than its checkpoint.
     pub checkpoint: Option<Checkpointer<'a>>,
+    /// Looks at the film every so often.
+    pub viewer: Option<Viewer<'a>>,
     /// Hears how it goes.
     pub on_event: &'a mut dyn FnMut(Event<'_>),
 }
@@ -51,6 +53,14 @@ pub struct Checkpointer<'a> {
     pub every: Duration,
     /// How. The film does not change meanwhile.
     pub save: &'a mut dyn FnMut(&Film) -> Result<(), Error>,
+}
+
+/// Looks at a film while it is rendered.
+pub struct Viewer<'a> {
+    /// How often.
+    pub every: Duration,
+    /// How. The film does not change meanwhile; it has at least one pass.
+    pub show: &'a mut dyn FnMut(&Film),
 }
 
 /// What a run did.

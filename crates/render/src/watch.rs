@@ -24,6 +24,7 @@ pub(crate) struct Watch<'a, 'c> {
     start: Instant,
     told: Option<Instant>,
     saved: Instant,
+    shown: Instant,
     warned: Vec<String>,
     cancelled: Urgency,
 }
@@ -47,6 +48,7 @@ impl<'a, 'c> Watch<'a, 'c> {
             start,
             told: None,
             saved: start,
+            shown: start,
             warned: Vec::new(),
             cancelled,
         }
@@ -68,8 +70,16 @@ impl<'a, 'c> Watch<'a, 'c> {
                 (self.control.on_event)(Event::Progress(&progress));
                 state = self.shared.lock();
             }
-            if self.is_time_to_save(&state) {
-                state = self.save(state);
+            let (save, show) = (self.is_time_to_save(), self.is_time_to_show());
+            if (save || show) && !state.is_over() {
+                state = self.pause(state, |watch| {
+                    if show {
+                        watch.show();
+                    }
+                    if save {
+                        watch.save();
+                    }
+                });
             }
         }
         state = self.warn(state);
@@ -142,20 +152,35 @@ impl<'a, 'c> Watch<'a, 'c> {
         Progress { passes, of_passes, fraction, elapsed, remaining, counters }
     }
 
-    fn is_time_to_save(&self, state: &State) -> bool {
-        let due = |every: Duration| self.saved.elapsed() >= every;
-        !state.is_over() && self.control.checkpoint.as_ref().is_some_and(|c| due(c.every))
+    fn is_time_to_save(&self) -> bool {
+        self.control.checkpoint.as_ref().is_some_and(|c| self.saved.elapsed() >= c.every)
     }
 
-    /// Waits until the film holds whole passes only, saves it while the workers go on with cells, and lets them fold again.
-    fn save(&mut self, mut state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+    fn is_time_to_show(&self) -> bool {
+        self.control.viewer.as_ref().is_some_and(|v| self.shown.elapsed() >= v.every)
+    }
+
+    /// Waits until the film holds whole passes only, looks at it while the workers go on with cells, and lets them fold again.
+    fn pause(
+        &mut self,
+        mut state: MutexGuard<'a, State>,
+        look: impl FnOnce(&mut Self),
+    ) -> MutexGuard<'a, State> {
         while !state.schedule.hold() && !state.is_over() {
             state = self.shared.news.wait_timeout(state, TICK).unwrap_or_else(PoisonError::into_inner).0;
         }
         drop(state);
-        if let Some(checkpoint) = &mut self.control.checkpoint
-            && !self.shared.film.passes().is_empty()
-        {
+        if !self.shared.film.passes().is_empty() {
+            look(self);
+        }
+        let mut state = self.shared.lock();
+        state.schedule.release();
+        self.shared.work.notify_all();
+        state
+    }
+
+    fn save(&mut self) {
+        if let Some(checkpoint) = &mut self.control.checkpoint {
             let passes = self.shared.film.passes().len();
             match (checkpoint.save)(self.shared.film) {
                 Ok(()) => (self.control.on_event)(Event::Checkpoint { path: checkpoint.path, passes }),
@@ -163,11 +188,13 @@ impl<'a, 'c> Watch<'a, 'c> {
             }
         }
         self.saved = Instant::now();
+    }
 
-        let mut state = self.shared.lock();
-        state.schedule.release();
-        self.shared.work.notify_all();
-        state
+    fn show(&mut self) {
+        if let Some(viewer) = &mut self.control.viewer {
+            (viewer.show)(self.shared.film);
+        }
+        self.shown = Instant::now();
     }
 
     fn end(self, mut state: MutexGuard<'_, State>) -> Result<RunReport, Error> {

@@ -11,7 +11,7 @@ use film::{Film, FilmSettings, Filter, PassSet};
 use integrators::{Cell, CellOutput, Counters, Prepared};
 use math::Bounds2i;
 use math::hash::{combine, unit_f32};
-use steradian_render::{Cancel, Checkpointer, Control, Event, Passes, RunReport, Stop, Workers, run};
+use steradian_render::{Cancel, Checkpointer, Control, Event, Passes, RunReport, Stop, Viewer, Workers, run};
 
 /// Random samples and splats; what is prepared decides the brightness.
 struct Noise {
@@ -86,7 +86,7 @@ fn workers(n: usize) -> Workers {
 }
 
 fn render(noise: &mut Noise, film: &Film, stop: Stop, threads: usize) -> RunReport {
-    let control = Control { cancel: Cancel::default(), checkpoint: None, on_event: &mut |_| {} };
+    let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
     run(noise, film, &stop, &workers(threads), control).unwrap()
 }
 
@@ -180,7 +180,7 @@ fn a_cancelled_render_keeps_what_is_complete() {
         let film = film(Filter::pixel_box(), false);
         let cancel = Cancel::default();
         (0..asked).for_each(|_| cancel.cancel());
-        let control = Control { cancel, checkpoint: None, on_event: &mut |_| {} };
+        let control = Control { cancel, checkpoint: None, viewer: None, on_event: &mut |_| {} };
         let mut n = Noise { busy: Duration::from_millis(30), ..noise() };
         let report = run(&mut n, &film, &Stop::Passes(0..1000), &workers(2), control).unwrap();
         assert!(report.cancelled);
@@ -205,11 +205,34 @@ fn checkpoints_see_whole_passes_while_it_runs() {
         Event::Checkpoint { .. } => told += 1,
         Event::Warning(_) | _ => panic!("{e:?}"),
     };
-    let control = Control { cancel: Cancel::default(), checkpoint, on_event: &mut on_event };
+    let control = Control { cancel: Cancel::default(), checkpoint, viewer: None, on_event: &mut on_event };
     let mut n = Noise { busy: Duration::from_millis(2), light_blocks: 2, ..noise() };
     run(&mut n, &film, &Stop::Passes(0..12), &workers(3), control).unwrap();
     assert!(seen.len() >= 2 && told == seen.len(), "{}", seen.len());
     assert!(fractions.is_sorted() && fractions.len() >= 2);
+    for (n_passes, developed) in seen {
+        let again = self::film(gaussian(), true);
+        render(&mut Noise { light_blocks: 2, ..noise() }, &again, Stop::Passes(0..n_passes), 2);
+        assert!(again.develop() == developed);
+    }
+}
+
+#[test]
+fn a_viewer_sees_whole_passes_between_checkpoints() {
+    let film = film(gaussian(), true);
+    let (mut seen, mut saved) = (Vec::new(), 0);
+    let mut show = |film: &Film| seen.push((film.passes().len() as u32, film.develop()));
+    let mut save = |_: &Film| {
+        saved += 1;
+        Ok(())
+    };
+    let viewer = Some(Viewer { every: Duration::from_millis(15), show: &mut show });
+    let checkpoint =
+        Some(Checkpointer { path: Path::new("c"), every: Duration::from_millis(60), save: &mut save });
+    let control = Control { cancel: Cancel::default(), checkpoint, viewer, on_event: &mut |_| {} };
+    let mut n = Noise { busy: Duration::from_millis(2), light_blocks: 2, ..noise() };
+    run(&mut n, &film, &Stop::Passes(0..12), &workers(3), control).unwrap();
+    assert!(seen.len() >= 2 && saved < seen.len(), "{} and {saved}", seen.len());
     for (n_passes, developed) in seen {
         let again = self::film(gaussian(), true);
         render(&mut Noise { light_blocks: 2, ..noise() }, &again, Stop::Passes(0..n_passes), 2);
@@ -230,7 +253,7 @@ fn a_checkpoint_that_fails_does_not_end_the_render() {
             warnings.push(text.to_owned());
         }
     };
-    let control = Control { cancel: Cancel::default(), checkpoint, on_event: &mut on_event };
+    let control = Control { cancel: Cancel::default(), checkpoint, viewer: None, on_event: &mut on_event };
     let mut n = Noise { busy: Duration::from_millis(2), ..noise() };
     let report = run(&mut n, &film, &Stop::Passes(0..20), &workers(2), control).unwrap();
     assert_eq!(report.passes, 20);
@@ -257,7 +280,7 @@ fn a_panic_in_a_worker_reaches_the_caller() {
     }
     let caught = std::panic::catch_unwind(|| {
         let film = film(Filter::pixel_box(), false);
-        let control = Control { cancel: Cancel::default(), checkpoint: None, on_event: &mut |_| {} };
+        let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
         run(&mut Bug, &film, &Stop::Passes(0..1000), &workers(3), control).map(|r| r.passes)
     });
     assert!(caught.is_err());
@@ -268,7 +291,7 @@ fn what_is_prepared_counts_and_warns_once() {
     let film = film(Filter::pixel_box(), false);
     let mut warnings = 0;
     let mut on_event = |e: Event<'_>| warnings += u32::from(matches!(e, Event::Warning("odd")));
-    let control = Control { cancel: Cancel::default(), checkpoint: None, on_event: &mut on_event };
+    let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut on_event };
     let mut n = Noise { prepares: true, ..noise() };
     let report = run(&mut n, &film, &Stop::Passes(0..5), &workers(2), control).unwrap();
     assert_eq!((report.counters.rays, warnings), (5, 1));

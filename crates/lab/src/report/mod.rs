@@ -3,7 +3,10 @@
 //! The page is a template with a style and a script; figures go in as JSON, pictures as half floats in base64, plots as SVG.
 //! The script only shows: it decodes, tone-maps and compares pixels, and computes no figure that is not in the JSON.
 
+mod files;
 mod plots;
+
+pub use files::save;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
