@@ -6,8 +6,10 @@
 """
 
 from . import cluster, errors, kinds
-from ._api import integrators, render, resume
+from ._api import integrators, live, render, resume
+from ._compare import Advice, Comparison, Interval, MethodFigures, Verdict, advise, compare
 from ._image import Image, diff, merge, read
+from ._live import Live
 from ._lowlevel import Bsdf, Estimate, Hits, Sampler, Surfaces, estimate, warp
 from ._native import __version__
 from ._scene import Scene, load
@@ -25,12 +27,17 @@ from .errors import (
 from .kinds import *  # noqa: F403
 
 __all__ = [
+    "Advice",
     "Bsdf",
+    "Comparison",
     "Estimate",
     "FilmError",
     "FilmTooLargeError",
     "Hits",
     "Image",
+    "Interval",
+    "Live",
+    "MethodFigures",
     "OutputError",
     "ParameterError",
     "ResumeError",
@@ -40,13 +47,17 @@ __all__ = [
     "SceneWarning",
     "SteradianError",
     "Surfaces",
+    "Verdict",
     "__version__",
+    "advise",
     "cluster",
+    "compare",
     "diff",
     "errors",
     "estimate",
     "integrators",
     "kinds",
+    "live",
     "load",
     "look_at",
     "merge",

@@ -9,6 +9,7 @@ from typing import Any
 
 from . import _native, _progress
 from ._image import Image
+from ._live import Live
 from ._scene import Scene, _text, load
 from .errors import FilmError, ParameterError, ResumeError
 
@@ -21,6 +22,7 @@ def render(
     integrator: str | None = None,
     spp: int | None = None,
     time: float | None = None,
+    error: str | float | None = None,
     passes: tuple[int, int] | None = None,
     seed: int | None = None,
     threads: int | None = None,
@@ -36,8 +38,8 @@ def render(
 ) -> Image:
     """Renders a scene.
 
-    Stops after `spp` samples in each pixel, after `time` seconds, or when `passes` (half-open) are done; else the scene
-    says when. What is left out is as the scene says; `parameters` are the integrator's, and ``sampler`` and
+    Stops after `spp` samples in each pixel, after `time` seconds, when √relMSE is below `error` (``"1%"`` or ``0.01``) with 95 %
+    confidence, or when `passes` (half-open) are done; else the scene says when. What is left out is as the scene says; `parameters` are the integrator's, and ``sampler`` and
     ``light_selection`` (see `integrators`). `resolution` is (width, height), `crop` (x0, y0, x1, y1) in pixels,
     half-open. The same arguments give the same bits for any number of `threads`.
 
@@ -47,30 +49,64 @@ def render(
 
     Raises SceneError, ParameterError, FilmError, FilmTooLargeError, ResumeError, OutputError.
     """
-    if sum(x is not None for x in (spp, time, passes)) > 1:
-        raise ParameterError("only one of spp, time and passes can say when to stop")
-    if spp is not None:
-        if spp < 1:
-            raise ParameterError(f"spp cannot be {spp}: expected a whole number from 1")
-        passes = (0, spp)
-    if resume and checkpoint is None:
-        raise ParameterError("resume needs a checkpoint to go on from")
-    request = {
-        "integrator": integrator,
-        "settings": _settings(parameters),
-        "seed": seed,
-        "threads": threads,
-        "resolution": resolution,
-        "crop": crop,
-        "spectral": spectral,
-        "passes": passes,
-        "time": time,
-        "checkpoint": None if checkpoint is None else Path(checkpoint),
-        "checkpoint_every": checkpoint_every,
-        "resume": resume,
-    }
+    request = _request(
+        integrator=integrator,
+        settings=_settings(parameters),
+        seed=seed,
+        threads=threads,
+        resolution=resolution,
+        crop=crop,
+        spectral=spectral,
+        spp=spp,
+        passes=passes,
+        time=time,
+        error=error,
+        checkpoint=None if checkpoint is None else Path(checkpoint),
+        checkpoint_every=checkpoint_every,
+        resume=resume,
+    )
     scene = scene if isinstance(scene, Scene) else load(scene)
     return _run(scene, request, None, progress, on_progress)
+
+
+def live(
+    scene: Scene | str | os.PathLike[str],
+    *,
+    integrator: str | None = None,
+    spp: int | None = None,
+    time: float | None = None,
+    error: str | float | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    resolution: tuple[int, int] | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    spectral: bool = False,
+    every: float = 0.25,
+    **parameters: object,
+) -> Live:
+    """Renders in the background: returns at once what can be looked at, waited for and stopped.
+
+    In a notebook it shows the image, its error estimate and a stop button while it renders (with ``steradian[notebook]``); the image
+    is drawn anew `every` so many seconds. All else is as for `render`, and so are the bits of the image.
+    """
+    request = _request(
+        integrator=integrator,
+        settings=_settings(parameters),
+        seed=seed,
+        threads=threads,
+        resolution=resolution,
+        crop=crop,
+        spectral=spectral,
+        spp=spp,
+        passes=None,
+        time=time,
+        error=error,
+        checkpoint=None,
+        checkpoint_every=30.0,
+        resume=False,
+    )
+    scene = scene if isinstance(scene, Scene) else load(scene)
+    return Live(scene, {**request, "view_every": float(every)})
 
 
 def resume(
@@ -109,6 +145,8 @@ def resume(
         "threads": threads,
         "passes": None if more is None else (first, first + more),
         "time": time,
+        "error": None,
+        "view_every": None,
         "checkpoint": None,
         "checkpoint_every": 30.0,
         "resume": False,
@@ -128,6 +166,18 @@ def integrators() -> dict[str, dict[str, Any]]:
     return {about["name"]: about for about in _native.integrators()}
 
 
+def _request(*, spp: int | None, error: str | float | None, **given: Any) -> dict[str, Any]:
+    """What the compiled half wants to know."""
+    if sum(x is not None for x in (spp, error, given["time"], given["passes"])) > 1:
+        raise ParameterError("only one of spp, time, error and passes can say when to stop")
+    if spp is not None and spp < 1:
+        raise ParameterError(f"spp cannot be {spp}: expected a whole number from 1")
+    if given["resume"] and given["checkpoint"] is None:
+        raise ParameterError("resume needs a checkpoint to go on from")
+    passes = given["passes"] if spp is None else (0, spp)
+    return {**given, "passes": passes, "error": None if error is None else _text(error), "view_every": None}
+
+
 def _run(
     scene: Scene,
     request: Mapping[str, Any],
@@ -135,18 +185,8 @@ def _run(
     progress: bool,
     on_progress: Callable[[dict[str, Any]], bool | None] | None,
 ) -> Image:
-    bar = _progress.bar(progress)
-
-    def listener(event: dict[str, Any]) -> bool | None:
-        bar.on(event)
-        return on_progress(event) if on_progress is not None else None
-
-    # Without a listener the render never waits for the interpreter, but for a look at Ctrl-C.
-    heard = listener if on_progress is not None or type(bar) is not _progress.Silent else None
-    try:
-        film, report = _native.render(scene._native, request, start, heard)
-    finally:
-        bar.end()
+    with _progress.heard(progress, on_progress) as listener:
+        film, report = _native.render(scene._native, request, start, listener)
     return Image(film, report, scene, request)
 
 

@@ -162,25 +162,30 @@ def _image(part: str | os.PathLike[str] | bytes) -> Image:
 
 def read(path: str | os.PathLike[str]) -> Array:
     """A picture file as linear light: float32 of shape (height, width, 3); eight bits are decoded from sRGB."""
-    return _native.load_picture(Path(path))
+    return _native.load_picture(Path(path))[0]
 
 
 def diff(a: Any, b: Any) -> dict[str, Any]:
-    """Compares a picture with a reference `b`: mse, relmse, trimmed-relmse, mape, smape, means.
+    """Compares a picture with a reference `b`: mse, relmse, trimmed-relmse, mape, smape, flip, means.
 
     Takes images, arrays of shape (height, width, 3), and paths of picture files. The metrics are those of
     ``steradian diff``.
     """
-    return _native.diff(_pixels(a), _pixels(b))
+    (x, x_is_float), (y, y_is_float) = _pixels(a), _pixels(b)
+    return _native.diff(x, y, x_is_float or y_is_float)
 
 
-def _pixels(x: Any) -> Array:
+def _pixels(x: Any) -> tuple[Array, bool]:
+    """Linear light, and whether it may hold more than a screen shows."""
     if isinstance(x, (str, os.PathLike)):
         path = Path(x)
-        return read(path) if path.suffix.lower() in _PICTURES else Image.load(path).array
+        if path.suffix.lower() not in _PICTURES:
+            return Image.load(path).array, True
+        picture, _, is_float = _native.load_picture(path)
+        return picture, is_float
     if isinstance(x, Image):
-        return x.array
+        return x.array, True
     array = np.asarray(x, dtype=np.float32)
     if array.ndim != 3 or array.shape[2] != 3:
         raise FilmError(f"expected an image of shape (height, width, 3), not {array.shape}")
-    return array
+    return array, True

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from html import escape
 from typing import Any
 
 Event = dict[str, Any]
@@ -36,8 +38,16 @@ def sentence(event: Event) -> str:
 class Silent:
     """Shows nothing."""
 
+    #: What is on now, where a call has several renders.
+    _step = ""
+
     def on(self, event: Event) -> None:
         """Hears an event."""
+
+    def _hear_step(self, event: Event) -> None:
+        if event["event"] == "step":
+            run = f"run {event['number']} of {event['of']}: " if event["number"] else ""
+            self._step = f"{run}{event['label']}  "
 
     def end(self) -> None:
         """The render is over."""
@@ -52,6 +62,7 @@ class Terminal(Silent):
 
     def on(self, event: Event) -> None:
         """Draws the bar anew."""
+        self._hear_step(event)
         if event["event"] == "warning":
             self._clear()
             print(f"warning: {event['message']}", file=sys.stderr)
@@ -61,7 +72,7 @@ class Terminal(Silent):
             columns = os.get_terminal_size(sys.stderr.fileno()).columns
         except (OSError, ValueError):
             columns = 80
-        text = f" {100 * event['fraction']:3.0f} %  {sentence(event)}"
+        text = f" {100 * event['fraction']:3.0f} %  {self._step}{sentence(event)}"
         width = max(columns - len(text) - 1, 8)
         done = round(width * event["fraction"])
         sys.stderr.write("\r" + "━" * done + "╌" * (width - done) + text[: columns - width - 1] + "\x1b[K")
@@ -91,11 +102,12 @@ class Notebook(Silent):
 
     def on(self, event: Event) -> None:
         """Draws the bar anew, at most four times a second."""
+        self._hear_step(event)
         now = time.monotonic()
         if event["event"] != "progress" or now - self._told < 0.25:
             return
         self._told = now
-        text = f"{100 * event['fraction']:.0f} % &nbsp; {sentence(event)}"
+        text = f"{100 * event['fraction']:.0f} % &nbsp; {escape(self._step)}{sentence(event)}"
         self._update(f"<progress value='{event['fraction']:.3f}' max='1' style='width:20em'></progress> {text}")
 
     def end(self) -> None:
@@ -116,6 +128,22 @@ def bar(wanted: bool) -> Silent:
     if sys.stderr is not None and sys.stderr.isatty():
         return Terminal()
     return Silent()
+
+
+@contextmanager
+def heard(wanted: bool, on_progress: Listener | None) -> Iterator[Listener | None]:
+    """Who hears a call's events: the bar and `on_progress`. None if nobody does: then the call never waits for the
+    interpreter, but for a look at Ctrl-C."""
+    shown = bar(wanted)
+
+    def listener(event: Event) -> bool | None:
+        shown.on(event)
+        return on_progress(event) if on_progress is not None else None
+
+    try:
+        yield listener if on_progress is not None or type(shown) is not Silent else None
+    finally:
+        shown.end()
 
 
 def _in_notebook() -> bool:

@@ -25,6 +25,8 @@ pub(crate) struct Watch<'a, 'c> {
     told: Option<Instant>,
     saved: Instant,
     shown: Instant,
+    /// How long the last look took.
+    look_took: Duration,
     warned: Vec<String>,
     cancelled: Urgency,
 }
@@ -49,6 +51,7 @@ impl<'a, 'c> Watch<'a, 'c> {
             told: None,
             saved: start,
             shown: start,
+            look_took: Duration::ZERO,
             warned: Vec::new(),
             cancelled,
         }
@@ -156,8 +159,10 @@ impl<'a, 'c> Watch<'a, 'c> {
         self.control.checkpoint.as_ref().is_some_and(|c| self.saved.elapsed() >= c.every)
     }
 
+    /// Looks take no more than a tenth of the time, however large the film is.
     fn is_time_to_show(&self) -> bool {
-        self.control.viewer.as_ref().is_some_and(|v| self.shown.elapsed() >= v.every)
+        let due = |every: Duration| self.shown.elapsed() >= every.max(9 * self.look_took);
+        self.control.viewer.as_ref().is_some_and(|v| due(v.every))
     }
 
     /// Waits until the film holds whole passes only, looks at it while the workers go on with cells, and lets them fold again.
@@ -191,10 +196,12 @@ impl<'a, 'c> Watch<'a, 'c> {
     }
 
     fn show(&mut self) {
+        let start = Instant::now();
         if let Some(viewer) = &mut self.control.viewer {
             (viewer.show)(self.shared.film);
         }
         self.shown = Instant::now();
+        self.look_took = self.shown - start;
     }
 
     fn end(self, mut state: MutexGuard<'_, State>) -> Result<RunReport, Error> {
