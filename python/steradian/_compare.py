@@ -117,8 +117,7 @@ class Comparison:
         self.methods: dict[str, MethodFigures] = {m["label"]: _method(m) for m in self.figures["methods"]}
         #: Every pair of unbiased methods, and every method against ``"reference"`` if its noise is known.
         self.verdicts: list[Verdict] = [
-            Verdict(a["a"], a["b"], **{**a["verdict"], "tile": tuple(a["verdict"]["tile"])})
-            for a in self.figures["agreements"]
+            _verdict(a["a"], a["b"], a["verdict"]) for a in self.figures["agreements"]
         ]
 
     def agree(self, a: str, b: str) -> bool:
@@ -253,7 +252,10 @@ def compare(
     for name, value in (("spp", spp), ("seeds", seeds)):
         if value is not None and value < 1:
             raise ParameterError(f"{name} cannot be {value}: expected a whole number from 1")
-    request = {
+    folder = Path(cache) if cache is not None else _native.reference_cache()
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    request: dict[str, Any] = {
         "methods": _methods(integrators),
         "spp": spp,
         "time": 5.0 if time is None else float(time),
@@ -262,20 +264,17 @@ def compare(
         "reference_integrator": reference_integrator,
         "reference_error": reference_error,
         "reference_time": float(reference_time),
-        "cache": Path(cache) if cache is not None else _native.reference_cache(),
+        "cache": folder,
         "threads": threads,
         "resolution": resolution,
         "crop": crop,
         "spectral": spectral,
     }
-    if request["cache"] is not None:
-        request["cache"].mkdir(parents=True, exist_ok=True)
-    name = None if isinstance(scene, Scene) else Path(scene).stem
+    stem = None if isinstance(scene, Scene) else Path(scene).stem
     scene = scene if isinstance(scene, Scene) else load(scene)
     with _progress.heard(progress, on_progress) as listener:
         native = _native.compare(scene._native, request, listener)
-    title = title or name or "Comparison"
-    return Comparison(native, title, _call("compare", name, request))
+    return Comparison(native, title or stem or "Comparison", _call("compare", stem, request))
 
 
 def advise(
@@ -362,13 +361,19 @@ def _interval(d: Mapping[str, Any]) -> Interval:
     return Interval(_number(d["value"]), _number(d["low"]), _number(d["high"]))
 
 
+def _verdict(a: str, b: str, v: Mapping[str, Any]) -> Verdict:
+    plain = {k: v[k] for k in ("agrees", "statistic", "p_value", "tests")}
+    return Verdict(a, b, **plain, tile=(v["tile"][0], v["tile"][1]), difference=_number(v["difference"]))
+
+
 def _method(m: Mapping[str, Any]) -> MethodFigures:
     slope = m["slope"]
-    intervals = {k: _interval(m[k]) for k in ("relmse", "trimmed_relmse", "efficiency")}
     plain = ("label", "settings", "unbiased", "misses", "runs", "spp", "seconds", "mrays_per_second", "flip")
     return MethodFigures(
         **{k: m[k] for k in plain},
-        **intervals,
+        relmse=_interval(m["relmse"]),
+        trimmed_relmse=_interval(m["trimmed_relmse"]),
+        efficiency=_interval(m["efficiency"]),
         explained_by_noise=_number(m["explained_by_noise"]),
         slope=None if slope is None else _interval(slope["samples"]),
         slope_over_time=None if slope is None else _interval(slope["time"]),

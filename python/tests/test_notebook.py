@@ -117,10 +117,11 @@ def test_the_live_widget_in_a_browser(lab: str, tmp_path: Path) -> None:
     with playwright.sync_playwright() as p:
         chromium = p.chromium.launch(executable_path=browser, headless=True, args=flags)
         page = chromium.new_page(viewport={"width": 1000, "height": 700})
-        page.goto(lab, timeout=120_000)
+        page.goto(lab, timeout=120_000, wait_until="domcontentloaded")
         page.wait_for_selector(".jp-NotebookPanel .jp-Cell", timeout=120_000)
-        page.wait_for_function("window.jupyterapp !== undefined")
-        page.evaluate("jupyterapp.commands.execute('notebook:run-all-cells')")
+        kernel = "window.jupyterapp?.shell.currentWidget?.sessionContext?.session?.kernel"
+        page.wait_for_function(f"{kernel}?.status === 'idle'", timeout=120_000)
+        page.evaluate("void jupyterapp.commands.execute('notebook:run-all-cells')")
 
         # The image grows sharper while the kernel is free: another error, other pixels.
         page.wait_for_selector(".steradian-image[src^='blob:']", timeout=120_000)

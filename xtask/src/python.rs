@@ -7,7 +7,20 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 /// What building and testing need, beside what the package itself depends on.
-const TOOLS: &[&str] = &["maturin>=1.7,<2", "numpy>=1.24", "pytest>=8", "mypy>=1.11", "ray>=2.9"];
+const TOOLS: &[&str] = &[
+    "maturin>=1.7,<2",
+    "numpy>=1.24",
+    "pytest>=8",
+    "mypy>=1.11",
+    "ray>=2.9",
+    "ipython>=8",
+    "anywidget>=0.9",
+    "ipykernel>=6",
+    "nbclient>=0.10",
+];
+
+/// What the notebook widget's test needs besides, where there is a browser.
+const BROWSER_TOOLS: &[&str] = &["jupyterlab>=4", "playwright>=1.40"];
 
 /// Builds, installs and tests the Python package.
 pub(crate) fn test(root: &Path) -> Result<()> {
@@ -45,17 +58,24 @@ fn interpreter() -> Option<PathBuf> {
     ["python3", "python"].into_iter().find(works).map(PathBuf::from)
 }
 
+/// Is there a browser for the tests that need one?
+fn browser() -> bool {
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
+    ["chromium", "chromium-browser", "google-chrome"].iter().any(runs)
+}
+
 /// The folder with the environment's programs; made once.
 fn environment(root: &Path, python: &Path) -> Result<PathBuf> {
     let folder = root.join("target/python");
     let bin = folder.join(if cfg!(windows) { "Scripts" } else { "bin" });
     let stamp = folder.join("tools.txt");
-    let wanted = TOOLS.join("\n");
+    let tools = if browser() { [TOOLS, BROWSER_TOOLS].concat() } else { TOOLS.to_vec() };
+    let wanted = tools.join("\n");
     if fs::read_to_string(&stamp).is_ok_and(|has| has == wanted) {
         return Ok(bin);
     }
     run(root, Command::new(python).args(["-m", "venv"]).arg(&folder))?;
-    run(root, pip(&bin).args(["install", "--quiet"]).args(TOOLS))?;
+    run(root, pip(&bin).args(["install", "--quiet"]).args(&tools))?;
     fs::write(&stamp, wanted).with_context(|| stamp.display().to_string())?;
     Ok(bin)
 }

@@ -242,7 +242,7 @@ pub(crate) struct LabArgs {
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub(crate) scale: f64,
     /// Render a reference no longer than this
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s")]
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "20s")]
     pub(crate) reference_time: Duration,
     /// The folder for reports and pictures, one folder in it for each experiment
     #[arg(short, long, value_name = "DIR")]

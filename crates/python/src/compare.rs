@@ -74,13 +74,7 @@ impl Comparison {
     }
 
     /// The report, the figures and all pictures, into a folder that is there.
-    fn save(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        title: &str,
-        command: &str,
-    ) -> PyResult<Vec<PathBuf>> {
+    fn save(&self, py: Python<'_>, folder: PathBuf, title: &str, command: &str) -> PyResult<Vec<PathBuf>> {
         py.detach(|| lab::save(&folder, title, command, &self.of)).map_err(|e| of_render(py, &e))
     }
 

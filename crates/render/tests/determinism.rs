@@ -86,7 +86,8 @@ fn workers(n: usize) -> Workers {
 }
 
 fn render(noise: &mut Noise, film: &Film, stop: Stop, threads: usize) -> RunReport {
-    let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
+    let control =
+        Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
     run(noise, film, &stop, &workers(threads), control).unwrap()
 }
 
@@ -280,7 +281,8 @@ fn a_panic_in_a_worker_reaches_the_caller() {
     }
     let caught = std::panic::catch_unwind(|| {
         let film = film(Filter::pixel_box(), false);
-        let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
+        let control =
+            Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut |_| {} };
         run(&mut Bug, &film, &Stop::Passes(0..1000), &workers(3), control).map(|r| r.passes)
     });
     assert!(caught.is_err());
@@ -291,7 +293,8 @@ fn what_is_prepared_counts_and_warns_once() {
     let film = film(Filter::pixel_box(), false);
     let mut warnings = 0;
     let mut on_event = |e: Event<'_>| warnings += u32::from(matches!(e, Event::Warning("odd")));
-    let control = Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut on_event };
+    let control =
+        Control { cancel: Cancel::default(), checkpoint: None, viewer: None, on_event: &mut on_event };
     let mut n = Noise { prepares: true, ..noise() };
     let report = run(&mut n, &film, &Stop::Passes(0..5), &workers(2), control).unwrap();
     assert_eq!((report.counters.rays, warnings), (5, 1));

@@ -5,6 +5,8 @@ use statistics::MeanEstimate;
 
 /// Most tiles across and down.
 const MOST: [usize; 2] = [8, 6];
+/// Fewest pixels across and down a tile: means over fewer are far from normal, and tests of them cry wolf.
+const SIDE: usize = 8;
 
 /// A grid of tiles over a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +18,8 @@ pub(crate) struct Grid {
 
 impl Grid {
     pub(crate) fn new(width: usize, height: usize) -> Self {
-        Self { size: [width, height], tiles: [width.min(MOST[0]), height.min(MOST[1])] }
+        let tiles = |n: usize, most: usize| (n / SIDE).clamp(1, most);
+        Self { size: [width, height], tiles: [tiles(width, MOST[0]), tiles(height, MOST[1])] }
     }
 
     /// How many tiles.
@@ -69,13 +72,19 @@ mod tests {
 
     #[test]
     fn every_pixel_counts_in_one_tile() {
-        let grid = Grid::new(17, 7);
-        let rgb = vec![[1.0, 2.0, 3.0]; 17 * 7];
+        let (width, height) = (67, 51);
+        let grid = Grid::new(width, height);
+        let rgb = vec![[1.0, 2.0, 3.0]; width * height];
         assert_eq!(grid.means(&rgb), vec![[1.0, 2.0, 3.0]; 48]);
-        assert_eq!(Grid::new(3, 2).len(), 6);
-        let mut one = vec![[0.0; 3]; 17 * 7];
-        one[17 * 7 - 1] = [12.0; 3];
+        let mut one = vec![[0.0; 3]; width * height];
+        one[width * height - 1] = [120.0; 3];
         let means = grid.means(&one);
         assert!(means[47][0] > 0.0 && means[..47].iter().all(|m| m[0] == 0.0));
+    }
+
+    #[test]
+    fn small_pictures_have_few_tiles() {
+        let tiles = [(3, 2), (24, 16), (1, 900)].map(|(w, h)| Grid::new(w, h).tiles);
+        assert_eq!(tiles, [[1, 1], [3, 2], [1, 6]]);
     }
 }

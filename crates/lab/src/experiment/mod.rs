@@ -67,7 +67,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { seeds: 6, scale: 1.0, reference_time: Duration::from_secs(60) }
+        Self { seeds: 6, scale: 1.0, reference_time: Duration::from_secs(20) }
     }
 }
 
