@@ -17,7 +17,7 @@ use crate::common::{
 };
 use crate::parameters::{ParameterInfo, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
 use crate::{Cell, CellOutput, Integrator, PassContext};
 
 /// For the registry.
@@ -26,19 +26,10 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "random walks from the lights, connected to the eye: caustics on diffuse surfaces",
     misses: "what is seen in mirrors and through smooth glass; far surfaces that light paths seldom meet are noisy",
     unbiased: true,
-    refuses,
+    refuses: refuses_glow_and_turning_strands,
     parameters,
     make,
 };
-
-/// No walk starts in a medium, and walks are joined to the eye.
-fn refuses(scene: &Scene) -> Option<&'static str> {
-    let glows = scene
-        .media
-        .any_emits()
-        .then_some("its walks do not start in media that glow; path, bdpt and mlt find their light");
-    glows.or_else(|| refuses_turning_strands(scene))
-}
 
 fn parameters() -> Vec<ParameterInfo> {
     vec![shared::MAX_DEPTH, shared::RR_DEPTH]

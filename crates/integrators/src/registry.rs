@@ -51,10 +51,19 @@ pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
     )
 }
 
+/// For integrators that have all light from walks that start at lights.
+pub(crate) fn refuses_glow_and_turning_strands(scene: &Scene) -> Option<&'static str> {
+    let glows = scene
+        .media
+        .any_emits()
+        .then_some("its light paths do not start in media that glow; path, bdpt, vcm and mlt find their light");
+    glows.or_else(|| refuses_turning_strands(scene))
+}
+
 /// For integrators that know surfaces alone.
 pub(crate) fn refuses_media(scene: &Scene) -> Option<&'static str> {
     scene.has_media().then_some(
-        "it does not render participating media, nor what lies under subsurface materials; path, light, bdpt and mlt do",
+        "it does not render participating media, nor what lies under subsurface materials; path, bdpt and sppm do",
     )
 }
 

@@ -2,16 +2,16 @@
 //! its own, and a radius that depends on its number alone. The mean over passes converges to the right image, and no
 //! statistics are kept between them, so that passes may be rendered anywhere and added.
 //!
-//! Walks from the eye go on over deltas and rough surfaces and gather at the first diffuse one. With α = 2/3 bias and noise
+//! Walks from the eye go on over deltas and rough surfaces and gather at the first diffuse one, or where a medium scatters. With α = 2/3 bias and noise
 //! fade alike; the mean squared error falls as N^(−2/3) in the end.
 //!
 //! Left out: a radius that adapts to each pixel; it follows from the width of a pixel.
 
 use crate::Integrator;
-use crate::common::{KERNEL, MEMORY, RADIUS, RADIUS_PIXELS};
+use crate::common::{KERNEL, MEDIUM_RADIUS, MEMORY, RADIUS, RADIUS_PIXELS};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::photon::{AtDiffuse, PHOTONS, PhotonMapping};
-use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -19,7 +19,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "progressive photon mapping: caustics, also those seen in mirrors and through glass",
     misses: "nothing in the end; every pass blurs indirect light over its radius, which shrinks slowly",
     unbiased: false,
-    refuses: refuses_media,
+    refuses: refuses_glow_and_turning_strands,
     parameters,
     make,
 };
@@ -41,6 +41,7 @@ fn parameters() -> Vec<ParameterInfo> {
         },
         RADIUS,
         RADIUS_PIXELS,
+        MEDIUM_RADIUS,
         KERNEL,
         MEMORY,
     ]

@@ -1,5 +1,5 @@
 //! Vertex connection and merging [Georgiev2012]: bidirectional path tracing whose light paths also leave photons, which
-//! eye walks gather at every surface that is no delta; all ways of making a path weighted against each other.
+//! eye walks gather at every surface that is no delta and wherever media scatter; all ways of making a path weighted against each other.
 //!
 //! | mode    | emitters found     | connections | light paths to the lens | merging                            |
 //! |---------|--------------------|-------------|-------------------------|------------------------------------|
@@ -15,11 +15,11 @@
 use crate::Integrator;
 use crate::bdpt::{Bidirectional, Emitters, Merges, Merging, Techniques, Weighting, weighting};
 use crate::common::{
-    KERNEL, Kernel, MEMORY, PhotonMap, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
+    KERNEL, Kernel, MEDIUM_RADIUS, MEMORY, PhotonMap, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::photon::{PHOTONS, n_photons};
-use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -27,7 +27,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "bidirectional path tracing and photon mapping in one: robust where light and eye are behind glass",
     misses: "nothing in the end; merged light is blurred over a radius, which shrinks slowly; dear where light is easy",
     unbiased: false,
-    refuses: refuses_media,
+    refuses: refuses_turning_strands,
     parameters,
     make,
 };
@@ -51,6 +51,7 @@ fn parameters() -> Vec<ParameterInfo> {
         },
         RADIUS,
         RADIUS_PIXELS,
+        MEDIUM_RADIUS,
         ParameterInfo { kind: ParameterKind::Choice(&["constant", "epanechnikov", "cone"]), ..KERNEL },
         MEMORY,
     ]

@@ -1,11 +1,13 @@
-//! Vertex merging [Georgiev2012]: photons of the pass's own light paths, gathered at the surfaces of the eye's walks and
+//! Vertex merging [Georgiev2012]: photons of the pass's own light paths, gathered at the vertices of the eye's walks and
 //! weighed against all other ways of making the same path.
 //!
 //! A photon may be seen from many eye walks, so that all paths of a pass have the same wavelengths and moment. Departs
 //! from the paper: the weight is had from all densities of the path and not from three running sums, so that it is the
 //! one of `bdpt`; and light paths that are connected and photons are drawn apart, which saves their surfaces' memory.
+//!
+//! In a medium a photon is found in a ball. The walk that is merged must scatter there, of which densities say nothing
+//! (see `common::subpath`), so that its extinction coefficient, a function of the place, counts with the volume.
 
-use math::Point;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use sampling::Sampler;
 use scatter::TransportMode;
@@ -13,7 +15,9 @@ use scene::Scene;
 
 use super::strategies::{Contribution, Joint};
 use super::weight::{LightEnd, Link, Strategy};
-use crate::common::{Emission, Kernel, Near, PhotonMap, Photons, Radius, Roulette, Shared};
+use crate::common::{
+    Emission, Kernel, Near, Photon, PhotonMap, Photons, Radius, Roulette, Shared, Site, Vertex, ball, disk,
+};
 use crate::{Counters, PassContext, Prepared};
 
 /// What is merged with: photons of the pass.
@@ -32,7 +36,7 @@ pub(crate) struct Merging {
     /// Of the pass.
     pub(crate) shared: Shared,
     pub(crate) map: PhotonMap,
-    /// N π r² at every vertex of the map's paths; see [`Link`].
+    /// How many photons are found at every vertex of the map's paths; see [`Link`].
     pub(crate) merges: Vec<f32>,
 }
 
@@ -61,10 +65,10 @@ impl Merging {
             budget: self.budget,
         };
         let emitted = emission.run::<Photons>();
-        self.map = PhotonMap::new(emitted.kept, emitted.n_paths, |photon| photon.is_connectible());
+        self.map = PhotonMap::new(emitted.kept, emitted.n_paths);
         let time = ctx.scene.camera.time(self.shared.u_time);
         let merges = self.map.photons.vertices.par_iter().map(|v| match v.is_connectible() {
-            true => self.expected(ctx.scene, v.p, time),
+            true => self.expected_at(ctx.scene, v, time),
             false => 0.0,
         });
         self.merges = merges.collect();
@@ -72,24 +76,40 @@ impl Merging {
         Prepared { counters, warning: emitted.warning }
     }
 
-    /// N π r² at a place; see [`Link`].
-    pub(crate) fn expected(&self, scene: &Scene, p: Point, time: f32) -> f32 {
-        let radius = self.radius.at(scene, p, time);
-        self.map.n_paths as f32 * std::f32::consts::PI * radius * radius
+    /// N π r² at a vertex, or in a medium N 4/3 π r³ σt; see [`Link`].
+    pub(crate) fn expected(&self, scene: &Scene, vertex: &Vertex) -> f32 {
+        let radius = self.radius.at(scene, vertex);
+        let size = match &vertex.site {
+            Site::Surface { .. } => disk(radius),
+            Site::Medium(m) => {
+                let [absorbed, scattered] = scene.media.coefficients(m.medium, m.p, &self.shared.wl);
+                ball(radius) * (absorbed + scattered).average()
+            }
+        };
+        self.map.n_paths as f32 * size
+    }
+
+    /// The same at a photon.
+    fn expected_at(&self, scene: &Scene, photon: &Photon, time: f32) -> f32 {
+        let size = match photon.is_in_medium() {
+            true => ball(self.radius.in_medium(scene, photon.p, time)) * photon.extinction,
+            false => disk(self.radius.on_surface(scene, photon.p, time)),
+        };
+        self.map.n_paths as f32 * size
     }
 }
 
 impl Joint<'_> {
-    /// Photons around surface number `i` of the eye's walk, into `near`, which is emptied first; and the radius.
+    /// Photons around vertex number `i` of the eye's walk, into `near`, which is emptied first; and the radius.
     pub(crate) fn find_photons(&self, merging: &Merging, i: usize, near: &mut Vec<Near>) -> f32 {
         near.clear();
         let Some(z) = self.paths.eye.vertices.get(i).filter(|v| v.is_connectible()) else { return 0.0 };
-        let radius = merging.radius.at(self.scene, z.p(), z.time());
-        merging.map.near(z.p(), radius, near);
+        let radius = merging.radius.at(self.scene, z);
+        merging.map.near(z, radius, near);
         radius
     }
 
-    /// A photon within a radius of surface number `i` of the eye's walk; `None` if it adds nothing, or if the path has
+    /// A photon within a radius of vertex number `i` of the eye's walk; `None` if it adds nothing, or if the path has
     /// more events than `depth`.
     pub(crate) fn merge(
         &mut self,
@@ -100,13 +120,16 @@ impl Joint<'_> {
     ) -> Option<Merged> {
         let photons = &merging.map.photons;
         let photon = &photons.vertices[near.index as usize];
-        // Events before, here and after.
-        let m = photon.depth() as usize + 1;
-        if m + i > depth {
+        let z = *self.paths.eye.vertices.get(i)?;
+        // Events before, and from here to the eye.
+        if photon.depth() as usize + z.events as usize > depth {
             return None;
         }
-        let z = *self.paths.eye.vertices.get(i)?;
-        let share = merging.kernel.at(near.distance_squared, radius) / merging.map.n_paths as f32;
+        let kernel = match photon.is_in_medium() {
+            true => merging.kernel.in_ball(near.distance_squared, radius),
+            false => merging.kernel.at(near.distance_squared, radius),
+        };
+        let share = kernel / merging.map.n_paths as f32;
         let value = z.throughput * z.gather(photon.wi) * photon.power() * share;
         if value.is_black() || !value.is_finite() {
             return None;
@@ -115,6 +138,8 @@ impl Joint<'_> {
         let origin = &photons.paths[photon.path as usize];
         let end = LightEnd { emit: origin.emit, direct: origin.direct, is_hittable: origin.is_hittable };
         let first = origin.first as usize;
+        // Vertices before it and the light.
+        let m = near.index as usize - first + 1;
         let before = &photons.vertices[first..][..m - 1];
         let merges = &merging.merges[first..];
         let before_z = self.eye_place(i);

@@ -176,11 +176,12 @@ impl Bidirectional {
         }
     }
 
-    /// Most surfaces of both walks.
+    /// Most scattering events of both walks.
     fn lengths(&self, scene: &Scene) -> [usize; 2] {
         let depth = self.max_depth as usize;
         let Techniques { emitters, connections, lens, .. } = self.weighting.techniques;
-        let eye = if emitters == Emitters::Seen { 1 } else { depth.saturating_add(1) };
+        let is_short = emitters == Emitters::Seen && !scene.media.any_emits();
+        let eye = if is_short { 1 } else { depth.saturating_add(1) };
         let light = depth.saturating_add(usize::from(scene.camera.has_lens()));
         [eye, if connections || lens { light } else { 0 }]
     }
@@ -198,7 +199,7 @@ impl Bidirectional {
         hero.terminate_secondary();
         let mut near = std::mem::take(&mut work.paths.near);
         let (depth, mut radiance) = (self.max_depth as usize, [0.0; 3]);
-        let n = work.paths.eye.vertices.len().min(depth);
+        let n = work.paths.eye.vertices.len();
         let (paths, counters) = (&mut work.paths, &mut out.counters);
         let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
         for i in 0..n {

@@ -45,10 +45,10 @@ pub(crate) struct Subpaths {
     /// Density of next-event estimation from the light walk's first surface to its start.
     direct: f32,
     links: Vec<Link>,
-    /// N π r² at the surfaces of both walks, where photons are gathered; see [`Link`].
+    /// How many photons are found at the vertices of both walks; see [`Link`].
     eye_merges: Vec<f32>,
     light_merges: Vec<f32>,
-    /// Photons around a surface.
+    /// Photons around a vertex.
     pub(super) near: Vec<Near>,
 }
 
@@ -60,7 +60,7 @@ impl Subpaths {
             merges.clear();
             if let Some(merging) = merging {
                 merges.extend(walk.vertices.iter().map(|v| match v.is_connectible() {
-                    true => merging.expected(scene, v.p(), v.time()),
+                    true => merging.expected(scene, v),
                     false => 0.0,
                 }));
             }

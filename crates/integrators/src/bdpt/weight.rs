@@ -22,7 +22,8 @@
 //! p_m a_m N π r² = p_{m+1} b_m N π r²,
 //! ```
 //!
-//! with N light paths and the radius r at `x_m`: the same ladder, one rung further.
+//! with N light paths and the radius r at `x_m`: the same ladder, one rung further. In a medium it is N 4/3 π r³ σt, since
+//! `a_m` leaves out that the walk scatters at `x_m`.
 
 use sampling::mis::Heuristic;
 
@@ -35,7 +36,7 @@ pub(crate) struct Link {
     pub(crate) from_eye: f32,
     /// Does the path leave it by a delta lobe?
     pub(crate) is_delta: bool,
-    /// N π r² where photons are gathered; zero where they are not.
+    /// N π r² where photons are gathered, N 4/3 π r³ σt in media; zero where they are not.
     pub(crate) merge: f32,
 }
 
@@ -110,9 +111,10 @@ pub(crate) struct Weighting {
 impl Weighting {
     /// Is any path made by `s` vertices from the light and `t` from the eye?
     pub(crate) fn joins(&self, s: usize, t: usize) -> bool {
-        let Techniques { emitters, connections, lens, .. } = self.techniques;
+        let Techniques { connections, lens, .. } = self.techniques;
         match (s, t) {
-            (0, _) => t == 2 || emitters != Emitters::Seen,
+            // Emitters that count no more weigh nothing; media that glow always count.
+            (0, _) => true,
             (_, 0 | 1) => lens,
             _ => connections,
         }

@@ -7,21 +7,31 @@
 //! with photons of power Φ of N light paths at distances d, and a kernel K that integrates to one over a disk of
 //! radius r. The factor of cosines makes up for photons being counted by the geometric normal.
 //!
-//! | kernel         | K(d) π r²         |
-//! |----------------|-------------------|
-//! | `constant`     | 1                 |
-//! | `cone`         | 3 (1 − d/r)       |
-//! | `epanechnikov` | 2 (1 − d²/r²)     |
+//! In a medium the photons of a ball are as many as its scattering coefficient makes collisions [JensenChristensen1998]:
+//!
+//! ```text
+//! ∫ p(wo, wi) L(wi) dwi = 1/N Σ p(wo, wi) · Φ / σs · K(d),
+//! ```
+//!
+//! with the phase function p, σs where the photon is, and a kernel over the ball.
+//!
+//! | kernel         | K(d) π r²         | K(d) 4/3 π r³      |
+//! |----------------|-------------------|--------------------|
+//! | `constant`     | 1                 | 1                  |
+//! | `cone`         | 3 (1 − d/r)       | 4 (1 − d/r)        |
+//! | `epanechnikov` | 2 (1 − d²/r²)     | 5/2 (1 − d²/r²)    |
 //!
 //! The radius of a search is so many widths of a pixel as the camera sees it at that place, times a factor that
-//! depends on the number of the pass alone [Knaus2011]: passes stay pure, and the bias vanishes as they go on.
+//! depends on the number of the pass alone [Knaus2011]: passes stay pure, and the bias vanishes as they go on. In
+//! media it begins `medium_radius` times as large, and r³ shrinks as r² does on surfaces.
 //!
 //! With the k nearest photons, r is the distance of the k-th, which does not count itself: then a uniform density is
 //! estimated without bias. Left out: flattened volumes and normals that must agree; photons beyond an edge or a corner count.
 
 use std::collections::BinaryHeap;
+use std::f32::consts::PI;
 
-use math::Point;
+use math::{Point, trig};
 use scene::Scene;
 use spectrum::{Spectrum, Wavelengths};
 
@@ -40,6 +50,13 @@ pub(crate) const RADIUS_PIXELS: ParameterInfo = ParameterInfo {
     name: "radius_pixels",
     kind: ParameterKind::Float(2.5),
     doc: "the same in widths of a pixel at the place of the search",
+};
+
+/// Parameter: see [`Radius`].
+pub(crate) const MEDIUM_RADIUS: ParameterInfo = ParameterInfo {
+    name: "medium_radius",
+    kind: ParameterKind::Float(2.0),
+    doc: "the same in media, as a multiple of what it would be on a surface there",
 };
 
 /// Parameter: see [`Kernel`].
@@ -69,15 +86,33 @@ impl Kernel {
 
     /// Per area.
     pub(crate) fn at(self, distance_squared: f32, radius: f32) -> f32 {
-        let area = std::f32::consts::PI * radius * radius;
-        let x = (distance_squared / (radius * radius)).min(1.0);
-        let shape = match self {
-            Self::Constant => 1.0,
-            Self::Cone => 3.0 * (1.0 - x.sqrt()),
-            Self::Epanechnikov => 2.0 * (1.0 - x),
-        };
-        shape / area
+        self.shape(distance_squared, radius, [3.0, 2.0]) / disk(radius)
     }
+
+    /// Per volume.
+    pub(crate) fn in_ball(self, distance_squared: f32, radius: f32) -> f32 {
+        self.shape(distance_squared, radius, [4.0, 2.5]) / ball(radius)
+    }
+
+    /// With the greatest values of cone and Epanechnikov's.
+    fn shape(self, distance_squared: f32, radius: f32, most: [f32; 2]) -> f32 {
+        let x = (distance_squared / (radius * radius)).min(1.0);
+        match self {
+            Self::Constant => 1.0,
+            Self::Cone => most[0] * (1.0 - x.sqrt()),
+            Self::Epanechnikov => most[1] * (1.0 - x),
+        }
+    }
+}
+
+/// Area of a disk.
+pub(crate) fn disk(radius: f32) -> f32 {
+    PI * radius * radius
+}
+
+/// Volume of a ball.
+pub(crate) fn ball(radius: f32) -> f32 {
+    4.0 / 3.0 * PI * radius * radius * radius
 }
 
 /// How far photons are searched for.
@@ -86,33 +121,49 @@ pub(crate) struct Radius {
     /// Of pass 0, in units of the scene; zero: by pixels.
     initial: f32,
     pixels: f32,
+    /// In media, as a multiple.
+    in_media: f32,
     /// Exponent α: the variance of all passes together falls with their number as N^−α.
     alpha: f64,
-    /// The factor of the present pass.
-    shrink: f32,
+    /// Factors of the present pass, on surfaces and in media.
+    shrink: [f32; 2],
 }
 
 impl Radius {
     /// From [`RADIUS`] and [`RADIUS_PIXELS`]; with `alpha` 1 it is the same in all passes.
     pub(crate) fn of(p: &Parameters, alpha: f32) -> Self {
         let (initial, pixels) = (p.float(RADIUS.name).max(0.0), p.float(RADIUS_PIXELS.name).max(0.0));
-        Self { initial, pixels, alpha: f64::from(alpha.clamp(0.0, 1.0)), shrink: 1.0 }
+        let in_media = p.float(MEDIUM_RADIUS.name).max(0.0);
+        Self { initial, pixels, in_media, alpha: f64::from(alpha.clamp(0.0, 1.0)), shrink: [1.0; 2] }
     }
 
-    /// The same for another pass: r²(p) = r²(0) ∏ (k + α) / (k + 1) over k = 1 … p [Knaus2011].
+    /// The same for another pass: r²(p) = r²(0) ∏ (k + α) / (k + 1) over k = 1 … p, r³ in media [Knaus2011].
     #[must_use]
     pub(crate) fn for_pass(self, pass: u32) -> Self {
         let product: f64 = (1..=pass).map(f64::from).map(|k| (k + self.alpha) / (k + 1.0)).product();
-        Self { shrink: product.sqrt() as f32, ..self }
+        Self { shrink: [product.sqrt() as f32, trig::pow(product as f32, 1.0 / 3.0)], ..self }
     }
 
-    /// In units of the scene at a place: a function of the place alone, however a path came there.
-    pub(crate) fn at(&self, scene: &Scene, p: Point, time: f32) -> f32 {
-        if self.initial > 0.0 {
-            return self.initial * self.shrink;
+    /// In units of the scene at a place of a surface: a function of the place alone, however a path came there.
+    pub(crate) fn on_surface(&self, scene: &Scene, p: Point, time: f32) -> f32 {
+        self.initial(scene, p, time) * self.shrink[0]
+    }
+
+    /// The same in a medium.
+    pub(crate) fn in_medium(&self, scene: &Scene, p: Point, time: f32) -> f32 {
+        self.initial(scene, p, time) * self.in_media * self.shrink[1]
+    }
+
+    /// What it is at a vertex.
+    pub(crate) fn at(&self, scene: &Scene, vertex: &Vertex) -> f32 {
+        match vertex.surface() {
+            Some(si) => self.on_surface(scene, si.p, si.time),
+            None => self.in_medium(scene, vertex.p(), vertex.time()),
         }
-        let width = scene.camera.pixel_width(p, time);
-        self.pixels * width * self.shrink
+    }
+
+    fn initial(&self, scene: &Scene, p: Point, time: f32) -> f32 {
+        if self.initial > 0.0 { self.initial } else { self.pixels * scene.camera.pixel_width(p, time) }
     }
 }
 
@@ -174,16 +225,19 @@ impl Estimate<'_> {
         let mut sum = Gathered::default();
         let mut add = |photon: &Photon, distance_squared: f32, radius: f32| {
             if is_wanted(photon) {
-                let weight = self.kernel.at(distance_squared, radius);
+                let weight = match at.surface() {
+                    Some(_) => self.kernel.at(distance_squared, radius),
+                    None => self.kernel.in_ball(distance_squared, radius),
+                };
                 sum.add(at.gather(photon.wi) * photon.power() * weight, photon.is_terminated());
             }
         };
         match self.search {
             Search::Radius(radius) => {
-                self.map.within(at.p(), radius, |photon, d| add(photon, d, radius));
+                self.map.within(at, radius, |photon, d| add(photon, d, radius));
             }
             Search::Nearest(k, radius) => {
-                self.map.nearest(at.p(), k, radius, found);
+                self.map.nearest(at, k, radius, found);
                 let full = found.len() == k;
                 let radius =
                     if full { found.pop().map_or(0.0, |last| last.distance_squared.sqrt()) } else { radius };
@@ -203,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kernels_integrate_to_one_over_the_disk() {
+    fn kernels_integrate_to_one_over_disk_and_ball() {
         let (radius, n) = (0.3_f32, 100_000);
         for kernel in [Kernel::Constant, Kernel::Cone, Kernel::Epanechnikov] {
             let sum: f64 = (0..n)
@@ -214,6 +268,14 @@ mod tests {
                 })
                 .sum();
             assert!((sum - 1.0).abs() < 1e-4, "{kernel:?} {sum}");
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let d = radius * (i as f32 + 0.5) / n as f32;
+                    let shell = 4.0 * std::f64::consts::PI * f64::from(d * d) * f64::from(radius) / f64::from(n);
+                    f64::from(kernel.in_ball(d * d, radius)) * shell
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{kernel:?} in a ball {sum}");
         }
     }
 
@@ -221,8 +283,10 @@ mod tests {
     #[test]
     fn the_radius_is_a_function_of_the_pass() {
         let at = |alpha: f64, pass| {
-            let r = Radius { initial: 1.0, pixels: 0.0, alpha, shrink: 0.5 }.for_pass(pass);
-            f64::from(r.shrink) * f64::from(r.shrink)
+            let r = Radius { initial: 1.0, pixels: 0.0, in_media: 1.0, alpha, shrink: [0.5; 2] }.for_pass(pass);
+            let [surface, medium] = r.shrink.map(f64::from);
+            assert!((surface * surface - medium.powi(3)).abs() < 1e-6);
+            surface * surface
         };
         assert_eq!(at(2.0 / 3.0, 0), 1.0);
         assert!((at(0.5, 1) - 0.75).abs() < 1e-6);

@@ -14,7 +14,9 @@ mod site;
 mod subpath;
 mod walk;
 
-pub(crate) use density::{Estimate, Gathered, KERNEL, Kernel, RADIUS, RADIUS_PIXELS, Radius, Search};
+pub(crate) use density::{
+    Estimate, Gathered, KERNEL, Kernel, MEDIUM_RADIUS, RADIUS, RADIUS_PIXELS, Radius, Search, ball, disk,
+};
 pub(crate) use direct::{DirectLight, LightStrategy, Tools, direct_in_medium, infinite_light_pdf, light_pdf};
 pub(crate) use directions::{DirectionSample, DirectionSampling};
 pub(crate) use ends::{

@@ -4,7 +4,10 @@
 //! their numbers: what a pass keeps is a function of scene, seed and pass alone. What a pass keeps is limited by a budget of memory:
 //! blocks that would not fit are left out, and the paths that count are those of the blocks that did.
 //!
-//! A vertex takes 68 bytes, its place in the search tree 17, and a path 72: with three vertices kept, about 330
+//! Vertices on surfaces and in media are searched apart, since they are of other dimensions. What lies under surfaces is
+//! found by nobody.
+//!
+//! A vertex takes 72 bytes, its place in the search tree 17, and a path 72: with three vertices kept, about 340
 //! bytes a path.
 
 use std::collections::BinaryHeap;
@@ -16,7 +19,9 @@ use scatter::TransportMode;
 use scene::Scene;
 use spectrum::{Spectrum, Wavelengths};
 
-use super::{LightStart, Near, Neighbours, Place, Roulette, Shared, Subpath, Vertex, Walk, direct_density};
+use super::{
+    LightStart, Near, Neighbours, Place, Roulette, Shared, Site, Subpath, Vertex, Walk, direct_density,
+};
 use crate::Counters;
 use crate::parameters::{ParameterInfo, ParameterKind};
 
@@ -24,7 +29,7 @@ use crate::parameters::{ParameterInfo, ParameterKind};
 pub(crate) const MEMORY: ParameterInfo = ParameterInfo {
     name: "photon_memory",
     kind: ParameterKind::Integer(1024),
-    doc: "most MiB for what a pass keeps of its light paths (about 330 bytes a path); what does not fit is left out",
+    doc: "most MiB for what a pass keeps of its light paths (about 340 bytes a path); what does not fit is left out",
 };
 
 /// Light paths of a block.
@@ -135,19 +140,22 @@ impl Emission<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Photon {
     pub(crate) p: Point,
-    /// Geometric normal.
-    pub(crate) ng: Dir,
+    /// Geometric normal; of no meaning in a medium.
+    ng: Dir,
     /// Back to where the light came from.
     pub(crate) wi: Dir,
-    /// What the path carries here, over its density: the photon's power times the number of paths.
+    /// What the path carries here, over its density: the photon's power times the number of paths. In a medium over its
+    /// scattering coefficient: so a density is one of radiance over the sphere.
     power: [f32; 4],
+    /// In a medium its extinction coefficient, as a mean over the lanes; zero on surfaces.
+    pub(crate) extinction: f32,
     /// See [`Vertex`].
     pub(crate) forward: f32,
     /// See [`Vertex`].
     pub(crate) reverse: f32,
     /// Of [`PhotonMap::paths`].
     pub(crate) path: u32,
-    /// Vertices of its path before it, and flags.
+    /// Scattering events of its path before it, and flags.
     depth: u16,
     flags: u16,
 }
@@ -160,21 +168,31 @@ const HIDDEN: u16 = 2;
 const TERMINATED: u16 = 4;
 /// All vertices before it, and there are some, were left by delta lobes.
 const CAUSTIC: u16 = 8;
+/// It is in a medium.
+const MEDIUM: u16 = 16;
 
 impl Photon {
-    fn new(v: &Vertex, path: u32, depth: usize, is_caustic: bool, wl: &Wavelengths) -> Self {
+    fn new(scene: &Scene, v: &Vertex, path: u32, is_caustic: bool, wl: &Wavelengths) -> Self {
         let flag = |is: bool, flag: u16| if is { flag } else { 0 };
+        let (power, extinction) = match &v.site {
+            Site::Surface { .. } => (v.throughput, 0.0),
+            Site::Medium(m) => {
+                let [absorbed, scattered] = scene.media.coefficients(m.medium, m.p, wl);
+                (over(v.throughput, scattered), (absorbed + scattered).average())
+            }
+        };
         Self {
             p: v.p(),
-            // Media are refused: every vertex is a surface.
             ng: v.place().n.unwrap_or(v.wo()),
             wi: v.wo(),
-            power: v.throughput.lanes(),
+            power: power.lanes(),
+            extinction,
             forward: v.forward,
             reverse: v.reverse,
             path,
-            depth: u16::try_from(depth).unwrap_or(u16::MAX),
-            flags: flag(v.is_delta, DELTA)
+            depth: u16::try_from(v.events.saturating_sub(1)).unwrap_or(u16::MAX),
+            flags: flag(v.surface().is_none(), MEDIUM)
+                |  flag(v.is_delta, DELTA)
                 | flag(!v.is_connectible(), HIDDEN)
                 | flag(wl.is_terminated(), TERMINATED)
                 | flag(is_caustic, CAUSTIC),
@@ -211,9 +229,20 @@ impl Photon {
         self.flags & CAUSTIC != 0
     }
 
-    pub(crate) fn place(&self) -> Place {
-        Place::on_surface(self.p, self.ng)
+    /// Is it in a medium?
+    pub(crate) fn is_in_medium(&self) -> bool {
+        self.flags & MEDIUM != 0
     }
+
+    pub(crate) fn place(&self) -> Place {
+        if self.is_in_medium() { Place::in_medium(self.p) } else { Place::on_surface(self.p, self.ng) }
+    }
+}
+
+/// Lane by lane; nothing over nothing is nothing.
+fn over(a: Spectrum, b: Spectrum) -> Spectrum {
+    let (a, b) = (a.lanes(), b.lanes());
+    Spectrum::from_lanes([0, 1, 2, 3].map(|i| if b[i] > 0.0 { a[i] / b[i] } else { 0.0 }))
 }
 
 /// The start of a light path.
@@ -240,13 +269,14 @@ pub(crate) struct Photons {
 }
 
 impl Photons {
-    /// Of the last path, keeps caustic photons alone.
+    /// Of the last path, keeps caustic photons on surfaces alone.
     pub(crate) fn keep_caustic_of_last(&mut self) {
         if let Some(last) = self.paths.last() {
             let first = last.first as usize;
             let mut kept = first;
             for i in first..self.vertices.len() {
-                if self.vertices[i].is_caustic() && self.vertices[i].is_connectible() {
+                let photon = &self.vertices[i];
+                if photon.is_caustic() && photon.is_connectible() && !photon.is_in_medium() {
                     self.vertices[kept] = self.vertices[i];
                     kept += 1;
                 }
@@ -274,7 +304,7 @@ impl Keeper for Photons {
         });
         let mut deltas_before = true;
         for (depth, v) in walk.vertices.iter().enumerate() {
-            self.vertices.push(Photon::new(v, number, depth, depth > 0 && deltas_before, wl));
+            self.vertices.push(Photon::new(scene, v, number, depth > 0 && deltas_before, wl));
             deltas_before &= v.is_delta;
         }
     }
@@ -291,37 +321,47 @@ impl Keeper for Photons {
     }
 }
 
-/// The light paths of a pass, with a search for some of their vertices.
+/// The light paths of a pass, with a search for the vertices that are no deltas.
 #[derive(Debug, Default)]
 pub(crate) struct PhotonMap {
     pub(crate) photons: Photons,
-    tree: Neighbours,
+    on_surfaces: Neighbours,
+    in_media: Neighbours,
     /// How many paths were emitted: what [`Photon::power`] is to be divided by.
     pub(crate) n_paths: u64,
 }
 
 impl PhotonMap {
-    /// A map in which those vertices are found that `is_wanted` says. Uses the threads of the current pool.
-    pub(crate) fn new(photons: Photons, n_paths: u64, is_wanted: impl Fn(&Photon) -> bool) -> Self {
-        let wanted = photons.vertices.iter().zip(0..).filter(|(v, _)| is_wanted(v));
-        let tree = Neighbours::build(wanted.map(|(v, i)| (v.p, i)));
-        Self { photons, tree, n_paths }
+    /// Uses the threads of the current pool.
+    pub(crate) fn new(photons: Photons, n_paths: u64) -> Self {
+        let tree = |in_medium: bool| {
+            let all = photons.vertices.iter().zip(0..);
+            let wanted = all.filter(|(v, _)| v.is_connectible() && v.is_in_medium() == in_medium);
+            Neighbours::build(wanted.map(|(v, i)| (v.p, i)))
+        };
+        let (on_surfaces, in_media) = (tree(false), tree(true));
+        Self { photons, on_surfaces, in_media, n_paths }
     }
 
-    /// Calls `visit` with every photon within `radius` and the square of its distance.
-    pub(crate) fn within(&self, center: Point, radius: f32, mut visit: impl FnMut(&Photon, f32)) {
-        self.tree.within(center, radius, |near| {
+    fn tree_of(&self, at: &Vertex) -> &Neighbours {
+        if at.surface().is_some() { &self.on_surfaces } else { &self.in_media }
+    }
+
+    /// Calls `visit` with every photon within `radius`, on a surface or in a medium as the vertex is, and with the square
+    /// of its distance.
+    pub(crate) fn within(&self, at: &Vertex, radius: f32, mut visit: impl FnMut(&Photon, f32)) {
+        self.tree_of(at).within(at.p(), radius, |near| {
             visit(&self.photons.vertices[near.index as usize], near.distance_squared);
         });
     }
 
-    /// Every photon within `radius`, into `found`, which keeps what it has.
-    pub(crate) fn near(&self, center: Point, radius: f32, found: &mut Vec<Near>) {
-        self.tree.within(center, radius, |near| found.push(near));
+    /// Every such photon, into `found`, which keeps what it has.
+    pub(crate) fn near(&self, at: &Vertex, radius: f32, found: &mut Vec<Near>) {
+        self.tree_of(at).within(at.p(), radius, |near| found.push(near));
     }
 
-    /// The `k` nearest photons within `radius`; see [`Neighbours::nearest`].
-    pub(crate) fn nearest(&self, center: Point, k: usize, radius: f32, found: &mut BinaryHeap<Near>) {
-        self.tree.nearest(center, k, radius, found);
+    /// The `k` nearest of them within `radius`; see [`Neighbours::nearest`].
+    pub(crate) fn nearest(&self, at: &Vertex, k: usize, radius: f32, found: &mut BinaryHeap<Near>) {
+        self.tree_of(at).nearest(at.p(), k, radius, found);
     }
 }

@@ -1,5 +1,5 @@
 //! Photon mapping [Jensen1996]: photons of all lights are walked through the scene and kept where they meet surfaces
-//! that are no deltas; then walks from the eye gather them. See [`GatherWalk`] for which path is found how.
+//! that are no deltas, or scatter in media [JensenChristensen1998]; then walks from the eye gather them. See [`GatherWalk`] for which path is found how.
 //!
 //! The map of a pass is made of the pass's own light paths, so that passes average: noise fades as with any other
 //! method. The radius of the search stays the same in `photon`, and with it the bias; it shrinks in `sppm`.
@@ -15,11 +15,11 @@ use scene::Scene;
 pub(crate) use walk::{AtDiffuse, GatherWalk};
 
 use crate::common::{
-    Emission, Emitted, KERNEL, Keeper, Kernel, LightPath, MEMORY, PhotonMap, Photons, PixelLoop, RADIUS,
+    Emission, Emitted, KERNEL, Keeper, Kernel, LightPath, MEDIUM_RADIUS, MEMORY, PhotonMap, Photons, PixelLoop, RADIUS,
     RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -28,7 +28,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "photon maps with final gathering: caustics, also those seen in mirrors and through glass",
     misses: "nothing, but blurs caustics and shadows of indirect light over the radius of its search",
     unbiased: false,
-    refuses: refuses_media,
+    refuses: refuses_glow_and_turning_strands,
     parameters,
     make,
 };
@@ -67,6 +67,7 @@ fn parameters() -> Vec<ParameterInfo> {
         },
         RADIUS,
         ParameterInfo { kind: ParameterKind::Float(20.0), ..RADIUS_PIXELS },
+        MEDIUM_RADIUS,
         KERNEL,
         MEMORY,
     ]
@@ -166,9 +167,9 @@ impl Integrator for PhotonMapping {
             let (caustic, more) = told(Emission { n_paths, stream: 1, ..emission }.run::<Caustics>());
             prepared.counters.add(&more.counters);
             prepared.warning = prepared.warning.take().or(more.warning);
-            PhotonMap::new(caustic.kept.0, caustic.n_paths, |photon| photon.is_connectible())
+            PhotonMap::new(caustic.kept.0, caustic.n_paths)
         });
-        let global = PhotonMap::new(global.kept, global.n_paths, |photon| photon.is_connectible());
+        let global = PhotonMap::new(global.kept, global.n_paths);
         let walk = &mut self.walks.estimator;
         (walk.global, walk.caustic) = (global, caustic);
         prepared

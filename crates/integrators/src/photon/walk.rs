@@ -1,7 +1,8 @@
 //! Walks from the eye that gather photons.
 //!
 //! A walk goes on over deltas and over rough surfaces without a diffuse lobe; it gathers at the first surface that has
-//! one. Every path from a light to the eye is found in one way only, by its scattering events as seen from the eye:
+//! one, or where a medium scatters, which is like a diffuse surface at which no rays are sent. Scattering under the
+//! surface of a subsurface material is like a delta. Every path from a light to the eye is found in one way only, by its scattering events as seen from the eye:
 //!
 //! | events                                        | how it is found                                      |
 //! |-----------------------------------------------|------------------------------------------------------|
@@ -18,14 +19,14 @@ use math::Ray;
 use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{LobeFlags, TransportMode};
-use scene::{LightContext, Scene};
+use scene::{LightContext, MediumId, Scene};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::Counters;
 use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Estimate, Gathered, Kernel,
-    LightStrategy, Near, PathOutput, PhotonMap, Radius, Roulette, Search, Shared, Site, Vertex,
-    infinite_light_pdf, light_pdf,
+    LightStrategy, MediumPoint, Near, PathOutput, PhotonMap, Radius, Roulette, Search, Shared, Site, Tools,
+    Vertex, direct_in_medium, infinite_light_pdf, light_pdf,
 };
 
 /// What a walk does at the first diffuse surface.
@@ -70,9 +71,14 @@ enum Before {
 #[derive(Clone, Copy)]
 struct State {
     ray: Ray,
+    /// The medium that the ray starts in.
+    medium: Option<MediumId>,
     throughput: Spectrum,
     eta_scale: f32,
+    /// Scattering events so far.
     depth: u32,
+    /// The same with those under surfaces.
+    steps: u32,
     before: Before,
     /// It is one of the rays of final gathering.
     is_gathering: bool,
@@ -110,9 +116,11 @@ impl CameraEstimator for GatherWalk {
         };
         let state = State {
             ray: path.ray,
+            medium: scene.camera_medium(),
             throughput: Spectrum::ONE,
             eta_scale: 1.0,
             depth: 0,
+            steps: 0,
             before: Before::Deltas,
             is_gathering: false,
         };
@@ -126,7 +134,15 @@ impl GatherWalk {
     fn walk(&self, scene: &Scene, mut on: State, out: &mut Output<'_>) {
         loop {
             out.counters.rays += 1;
-            let Some(hit) = scene.intersect(&on.ray) else {
+            let hit = scene.intersect(&on.ray);
+            if let Some(medium) = on.medium {
+                match self.fly(scene, medium, hit.map_or(f32::INFINITY, |h| h.t), &mut on, out) {
+                    Flown::Through => {}
+                    Flown::Under => continue,
+                    Flown::End => return,
+                }
+            }
+            let Some(hit) = hit else {
                 for &light in scene.lights.infinite() {
                     let le = scene.lights.infinite_emitted(light, on.ray.dir, out.wl);
                     let weight = on.before.weight(|from| infinite_light_pdf(scene, from, light, on.ray.dir));
@@ -141,25 +157,77 @@ impl GatherWalk {
             }
             let Some(shading) = scene.shade(&si, out.wl) else {
                 // A border of media is no scattering event.
+                on.medium = scene.medium_after(&si, on.ray.dir, on.medium);
                 on.ray = si.spawn_ray(on.ray.dir);
                 continue;
             };
             if on.depth >= self.max_depth {
                 return;
             }
-            let vertex = Vertex {
-                site: Site::Surface { si, shading },
-                medium: None,
-                throughput: on.throughput,
-                forward: 0.0,
-                reverse: 0.0,
-                is_delta: false,
-                events: on.depth + 1,
-            };
+            let vertex = on.vertex(Site::Surface { si, shading });
             if !self.scatter(scene, &vertex, &mut on, out) {
                 return;
             }
         }
+    }
+
+    /// Through a medium up to the distance `end`. Where it scatters, the walk collects what arrives and ends.
+    fn fly(
+        &self,
+        scene: &Scene,
+        medium: MediumId,
+        end: f32,
+        on: &mut State,
+        out: &mut Output<'_>,
+    ) -> Flown {
+        let ray = Ray { t_max: end, ..on.ray };
+        let (media, sampler) = (&scene.media, &mut *out.sampler);
+        let is_interior = media.is_interior(medium);
+        let flight = match on.depth >= self.max_depth && !is_interior {
+            true => media.pass(medium, &ray, out.wl, &mut || sampler.next_1d()),
+            false => media.fly(medium, &ray, on.throughput, out.wl, &mut || sampler.next_1d()),
+        };
+        on.throughput *= flight.factor;
+        if on.throughput.is_black() {
+            return Flown::End;
+        }
+        let Some(t) = flight.scatters_at else { return Flown::Through };
+        let point = MediumPoint::new(scene, &ray, t, medium);
+        if is_interior {
+            return self.scatter_under_surface(&point, on, out);
+        }
+
+        // Light of lamps, then photons: all, or those that were scattered.
+        let gathers_all = on.is_gathering || self.at_diffuse == AtDiffuse::Raw;
+        if !gathers_all {
+            let mut tools = Tools { sampler: out.sampler, wl: out.wl, counters: out.counters };
+            let direct = direct_in_medium(scene, &point, STRATEGY, &mut tools);
+            out.sum.add(on.throughput * direct, false);
+        }
+        let vertex = on.vertex(Site::Medium(point));
+        self.gather(scene, &vertex, on, (false, !gathers_all), out);
+        if !gathers_all {
+            let s = point.phase.sample(point.wo, out.sampler.next_2d());
+            let before = Before::Rival(point.light_context(), s.pdf, [1, 1]);
+            // A walk that may not scatter.
+            let look = State { ray: point.spawn_ray(s.wi), depth: self.max_depth, before, ..*on };
+            self.walk(scene, look, out);
+        }
+        Flown::End
+    }
+
+    /// The way on under a surface.
+    fn scatter_under_surface(&self, point: &MediumPoint, on: &mut State, out: &mut Output<'_>) -> Flown {
+        let s = point.phase.sample(point.wo, out.sampler.next_2d());
+        on.ray = point.spawn_ray(s.wi);
+        on.before = on.before.after_delta();
+        on.steps += 1;
+        let depth = Roulette::depth_in_medium(on.steps);
+        match self.roulette.survive(depth, on.throughput, on.eta_scale, out.sampler) {
+            Some(paid) => on.throughput *= paid,
+            None => return Flown::End,
+        }
+        Flown::Under
     }
 
     /// Collects what arrives at a surface and goes on; false if the walk ends.
@@ -181,7 +249,7 @@ impl GatherWalk {
                 scene,
                 si,
                 shading,
-                medium: None,
+                medium: on.medium,
                 directions: DirectionSampling::Bsdf,
                 guide: None,
                 counts,
@@ -210,7 +278,7 @@ impl GatherWalk {
             }
             return false;
         }
-        on.follow(vertex, &s, counts);
+        on.follow(scene, vertex, &s, counts);
         match self.roulette.survive(on.depth, on.throughput, on.eta_scale, out.sampler) {
             Some(paid) => on.throughput *= paid,
             None => return false,
@@ -218,7 +286,7 @@ impl GatherWalk {
         true
     }
 
-    /// Photons at a surface: `only_caustics`, or `only_scattered` before, or all.
+    /// Photons at a vertex: `only_caustics`, or `only_scattered` before, or all.
     fn gather(
         &self,
         scene: &Scene,
@@ -227,7 +295,7 @@ impl GatherWalk {
         (only_caustics, only_scattered): (bool, bool),
         out: &mut Output<'_>,
     ) {
-        let radius = self.radius.at(scene, vertex.p(), vertex.time());
+        let radius = self.radius.at(scene, vertex);
         let map = self.caustic.as_ref().filter(|_| only_caustics).unwrap_or(&self.global);
         let search = match self.nearest {
             0 => Search::Radius(radius),
@@ -263,7 +331,7 @@ impl GatherWalk {
         // Deltas are followed by the walk itself.
         let Some(s) = s.filter(|s| s.pdf.is_some()) else { return };
         let mut ray = State { is_gathering: true, ..*on };
-        ray.follow(vertex, &s, counts);
+        ray.follow(scene, vertex, &s, counts);
         ray.throughput *= 1.0 / counts[1] as f32;
         self.walk(scene, ray, out);
     }
@@ -278,30 +346,63 @@ impl GatherWalk {
         out: &mut Output<'_>,
     ) {
         let mut look = State { ..*on };
-        look.follow(vertex, s, [1, 1]);
+        look.follow(scene, vertex, s, [1, 1]);
         // A walk that may not scatter.
         look.depth = self.max_depth;
         self.walk(scene, look, out);
     }
 }
 
+/// How a way through a medium ends.
+enum Flown {
+    /// At the next surface, or nowhere.
+    Through,
+    /// It scattered under a surface and goes on.
+    Under,
+    /// The walk is done.
+    End,
+}
+
 impl State {
+    /// Where the walk is.
+    fn vertex(&self, site: Site) -> Vertex {
+        Vertex {
+            site,
+            medium: self.medium,
+            throughput: self.throughput,
+            forward: 0.0,
+            reverse: 0.0,
+            is_delta: false,
+            events: self.depth + 1,
+        }
+    }
+
     /// Leaves a surface.
-    fn follow(&mut self, vertex: &Vertex, s: &DirectionSample, counts: [u32; 2]) {
+    fn follow(&mut self, scene: &Scene, vertex: &Vertex, s: &DirectionSample, counts: [u32; 2]) {
         let Site::Surface { si, shading } = &vertex.site else { return };
         self.throughput *= s.weight;
         self.eta_scale *= s.eta * s.eta;
         self.depth += 1;
-        self.before = match (s.pdf, self.before) {
-            (Some(pdf), _) => Before::Rival(si.light_context(), pdf, counts),
-            (None, Before::Deltas) => Before::Deltas,
-            (None, Before::Rival(..) | Before::Photons) => Before::Photons,
+        self.steps += 1;
+        self.before = match s.pdf {
+            Some(pdf) => Before::Rival(si.light_context(), pdf, counts),
+            None => self.before.after_delta(),
         };
-        self.ray = si.spawn_ray(shading.frame.to_world(s.wi));
+        let dir = shading.frame.to_world(s.wi);
+        self.medium = scene.medium_after(si, dir, self.medium);
+        self.ray = si.spawn_ray(dir);
     }
 }
 
 impl Before {
+    /// The walk scatters by a delta, or under a surface.
+    fn after_delta(self) -> Self {
+        match self {
+            Self::Deltas => Self::Deltas,
+            Self::Rival(..) | Self::Photons => Self::Photons,
+        }
+    }
+
     fn weight(&self, light_pdf: impl Fn(&LightContext) -> Pdf<SolidAngle>) -> f32 {
         match self {
             Self::Deltas => 1.0,
