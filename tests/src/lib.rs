@@ -144,6 +144,17 @@ impl Way<'_> {
         format!("{} {}", self.integrator, settings.join(" ")).trim_end().to_owned()
     }
 
+    /// A job that has rendered nothing yet.
+    ///
+    /// # Panics
+    /// The parameters are wrong.
+    #[must_use]
+    pub fn job<'s>(&self, scene: &'s Scene, seed: u64) -> Job<'s> {
+        let settings = self.settings.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+        let method = Method { integrator: Some(self.integrator.to_owned()), settings, seed: Some(seed) };
+        Job::new(scene, &method).unwrap_or_else(|e| panic!("{}: {e}", self.name()))
+    }
+
     /// Renders passes of a scene: the job with its film, and what was done.
     ///
     /// # Panics
@@ -156,9 +167,7 @@ impl Way<'_> {
         seed: u64,
         threads: usize,
     ) -> (Job<'s>, Counters) {
-        let settings = self.settings.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-        let method = Method { integrator: Some(self.integrator.to_owned()), settings, seed: Some(seed) };
-        let mut job = Job::new(scene, &method).unwrap_or_else(|e| panic!("{}: {e}", self.name()));
+        let mut job = self.job(scene, seed);
         let outcome =
             job.render(&Stop::Passes(passes), None, &workers(threads), &Cancel::default(), &mut |_| {});
         let outcome = outcome.unwrap_or_else(|e| panic!("{}: {e}", self.name()));

@@ -3,12 +3,13 @@
 #![allow(clippy::print_stdout, reason = "which instruction sets were there is read with `--nocapture`")]
 
 use std::path::Path;
+use std::time::Duration;
 
 use accel::Isa;
 use film::Merged;
-use render::SceneOptions;
+use render::{Cancel, Checkpoint, Event, SceneOptions, Stop};
 use scene::Scene;
-use steradian_tests::{Way, bytes, open};
+use steradian_tests::{Way, bytes, open, workers};
 
 /// Wider than a tile, so that threads have tiles to take from each other.
 const SIZE: [u32; 2] = [72, 40];
@@ -29,11 +30,18 @@ fn ways() -> Vec<Way<'static>> {
     integrators::list().iter().map(|i| way(i.name)).collect()
 }
 
+/// Those that render a scene.
+fn ways_for(scene: &Scene) -> Vec<Way<'static>> {
+    let renders =
+        |way: &Way<'_>| integrators::find(way.integrator).is_ok_and(|info| (info.refuses)(scene).is_none());
+    ways().into_iter().filter(renders).collect()
+}
+
 #[test]
 fn the_same_bits_on_one_two_and_three_threads() {
-    for name in ["large-lamp.pbrt", "rough-glass.pbrt"] {
+    for name in ["large-lamp.pbrt", "rough-glass.pbrt", "smoke.pbrt"] {
         let scene = scene(name, None);
-        for way in ways() {
+        for way in ways_for(&scene) {
             let one = bytes(way.render(&scene, 0..3, 1, 1).0.film());
             for threads in [2, 3] {
                 let many = bytes(way.render(&scene, 0..3, 1, threads).0.film());
@@ -73,6 +81,39 @@ fn passes_merge_to_the_same_bits() {
             let other = film::Film::from_bytes(&bytes(y.film())).unwrap_or_else(|e| panic!("{e}"));
             assert!(matches!(film.merge(&other), Ok(Merged::Added)), "{}", way.name());
             assert!(bytes(&film) == bytes(whole.film()), "{}: 0..8 and 8..16 are not 0..16", way.name());
+        }
+    }
+}
+
+/// A process that dies leaves its last checkpoint: for methods with memory too, what goes on from it is the whole.
+#[test]
+fn what_goes_on_from_a_checkpoint_is_the_uninterrupted_render() {
+    let folder = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
+    let [path, left] = ["running", "left"].map(|name| folder.path().join(name));
+    for name in ["many-lamps.pbrt", "smoke.pbrt"] {
+        let scene = scene(name, None);
+        for way in ways_for(&scene) {
+            let whole = bytes(way.render(&scene, 0..6, 1, 2).0.film());
+
+            // The first checkpoint is all that is left of this one.
+            let first = Checkpoint { path: path.clone(), every: Duration::ZERO, resume: false };
+            let mut has_left = false;
+            way.job(&scene, 1)
+                .render(&Stop::Passes(0..6), Some(&first), &workers(2), &Cancel::default(), &mut |event| {
+                    if matches!(event, Event::Checkpoint { .. }) && !std::mem::replace(&mut has_left, true) {
+                        std::fs::copy(&path, &left).unwrap_or_else(|e| panic!("{e}"));
+                    }
+                })
+                .unwrap_or_else(|e| panic!("{}: {e}", way.name()));
+            assert!(has_left, "{}: no checkpoint", way.name());
+
+            let second = Checkpoint { path: left.clone(), every: Duration::from_secs(3600), resume: true };
+            let mut job = way.job(&scene, 1);
+            let resumed =
+                job.render(&Stop::Passes(0..6), Some(&second), &workers(3), &Cancel::default(), &mut |_| {});
+            let resumed = resumed.unwrap_or_else(|e| panic!("{}: {e}", way.name())).passes_resumed;
+            assert!((1..=5).contains(&resumed), "{name}, {}: {resumed} of 6 passes were there", way.name());
+            assert!(bytes(job.film()) == whole, "{name}, {}", way.name());
         }
     }
 }

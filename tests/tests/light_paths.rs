@@ -228,13 +228,19 @@ fn a_slab_of_glass_in_the_sun() {
 
 /// The mean of E / E₀ over the disk of a radius around the film's middle, over renders with different seeds.
 fn disk_mean(way: &Way<'_>, scene: &Scene, side: u32, radius: f64) -> Moments {
-    // The share of each pixel that lies in the disk.
+    ring_mean(way, scene, side, [0.0, radius])
+}
+
+/// The same between two radii.
+fn ring_mean(way: &Way<'_>, scene: &Scene, side: u32, radii: [f64; 2]) -> Moments {
+    // The share of each pixel that lies in the ring.
     let share = |i: usize| {
         let (x, y) = ((i as u32 % side) as f64, (i as u32 / side) as f64);
         let inside = |k: u32| {
             let (dx, dy) = ((f64::from(k % 16) + 0.5) / 16.0, (f64::from(k / 16) + 0.5) / 16.0);
             let half = 0.5 * f64::from(side);
-            (x + dx - half).hypot(y + dy - half) < radius
+            let r = (x + dx - half).hypot(y + dy - half);
+            radii[0] <= r && r < radii[1]
         };
         (0..256).filter(|&k| inside(k)).count() as f64 / 256.0
     };
@@ -265,6 +271,71 @@ fn the_caustic_of_a_ball_lens() {
                 family.mean_within(format!("ball lens, r = {radius}, {}", way.name()), &found, truth, 1e-3);
             }
         }
+    }
+    family.finish();
+}
+
+/// A mirror z = r²/4 for |x|, |y| < 0.6, whose focus is at (0, 0, 1), with the normals of the paraboloid.
+fn parabolic_mirror() -> String {
+    const N: u32 = 96;
+    let at = |i: u32| 1.2 * (f64::from(i) / f64::from(N) - 0.5);
+    let (mut places, mut normals, mut indices) = (String::new(), String::new(), String::new());
+    for (x, y) in (0..=N).flat_map(|j| (0..=N).map(move |i| (at(i), at(j)))) {
+        places += &format!("{x} {y} {} ", 0.25 * (x * x + y * y));
+        normals += &format!("{} {} 1 ", -0.5 * x, -0.5 * y);
+    }
+    for a in (0..N).flat_map(|j| (0..N).map(move |i| j * (N + 1) + i)) {
+        let (b, c, d) = (a + 1, a + N + 2, a + N + 1);
+        indices += &format!("{a} {b} {c} {a} {c} {d} ");
+    }
+    format!(
+        "Material \"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" [0]\nShape \"trianglemesh\" \
+         \"integer indices\" [{indices}] \"point3 P\" [{places}] \"normal N\" [{normals}]\n"
+    )
+}
+
+/// A disk that looks down.
+fn screen(z: f64, radius: f64) -> String {
+    format!(
+        "AttributeBegin\n{}Translate 0 0 {z}\nShape \"disk\" \"float radius\" [{radius}]\nAttributeEnd\n",
+        diffuse(DARK)
+    )
+}
+
+/// A lamp in the focus of a parabolic mirror makes a parallel beam, E = I / (1 + r²/4)², whose mean over a disk is
+/// I / (1 + R²/4).
+#[test]
+fn a_parabolic_mirror_with_a_lamp_in_its_focus() {
+    let lamp = "LightSource \"spot\" \"rgb I\" [1 1 1] \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \
+        \"float coneangle\" [40] \"float conedeltaangle\" [4]\n";
+    let world = format!("{lamp}{}{}", screen(2.0, 0.7), parabolic_mirror());
+    let mut family = Family::default();
+    let radius = 0.55;
+    let scene = Eye { window: 1.2, ..Eye::at([0.0, 0.0, 1.5], [0.0, 0.0, 2.0], 40) }.scene(&world);
+    for way in CAUSTICS {
+        let found = disk_mean(&way, &scene, 40, radius / 1.2 * 40.0);
+        let truth = 1.0 / (1.0 + 0.25 * radius * radius);
+        family.mean_within(format!("beam, {}", way.name()), &found, truth, 1e-3);
+    }
+    family.finish();
+}
+
+/// Distant light along the axis goes to the focus: what meets the mirror at r is at r_d = ½ r / (1 − r²/4) half way there.
+/// The screen shades the middle of the mirror, and so its own.
+#[test]
+fn a_parabolic_mirror_in_the_sun() {
+    let world = format!("{SUN}{}{}", screen(0.5, 0.24), parabolic_mirror());
+    let mut family = Family::default();
+    let scene = Eye { window: 0.48, ..Eye::at([0.0, 0.0, 0.4], [0.0, 0.0, 0.5], 40) }.scene(&world);
+    let met = |d: f64| (libm::sqrt(0.25 + d * d) - 0.5) * 2.0 / d;
+    let [inner, outer] = [0.14, 0.22];
+    let truth = (met(outer).powi(2) - met(inner).powi(2)) / (outer * outer - inner * inner);
+    assert!(
+        (0.5 * met(outer) / (1.0 - 0.25 * met(outer).powi(2)) - outer).abs() < 1e-12 && met(inner) > 0.24
+    );
+    for way in CAUSTICS {
+        let found = ring_mean(&way, &scene, 40, [inner, outer].map(|r| r / 0.48 * 40.0));
+        family.mean_within(format!("towards the focus, {}", way.name()), &found, truth, 1e-3);
     }
     family.finish();
 }

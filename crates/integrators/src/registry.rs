@@ -53,10 +53,9 @@ pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
 
 /// For integrators that have all light from walks that start at lights.
 pub(crate) fn refuses_glow_and_turning_strands(scene: &Scene) -> Option<&'static str> {
-    let glows = scene
-        .media
-        .any_emits()
-        .then_some("its light paths do not start in media that glow; path, bdpt, vcm and mlt find their light");
+    let glows = scene.media.any_emits().then_some(
+        "its light paths do not start in media that glow; path, bdpt, vcm and mlt find their light",
+    );
     glows.or_else(|| refuses_turning_strands(scene))
 }
 

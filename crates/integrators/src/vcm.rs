@@ -15,7 +15,8 @@
 use crate::Integrator;
 use crate::bdpt::{Bidirectional, Emitters, Merges, Merging, Techniques, Weighting, weighting};
 use crate::common::{
-    KERNEL, Kernel, MEDIUM_RADIUS, MEMORY, PhotonMap, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
+    KERNEL, Kernel, MEDIUM_RADIUS, MEMORY, PhotonMap, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared,
+    sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::photon::{PHOTONS, n_photons};

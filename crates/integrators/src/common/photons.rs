@@ -192,7 +192,7 @@ impl Photon {
             path,
             depth: u16::try_from(v.events.saturating_sub(1)).unwrap_or(u16::MAX),
             flags: flag(v.surface().is_none(), MEDIUM)
-                |  flag(v.is_delta, DELTA)
+                | flag(v.is_delta, DELTA)
                 | flag(!v.is_connectible(), HIDDEN)
                 | flag(wl.is_terminated(), TERMINATED)
                 | flag(is_caustic, CAUSTIC),

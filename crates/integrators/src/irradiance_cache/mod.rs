@@ -10,7 +10,7 @@
 //! | wavelengths                                | –                            | `basis`      |
 //!
 //! Only what one Lambertian surface sends to another is cached, its emission left out. Direct light is sampled at every
-//! hit; mirrors, glass, metal and coats are walked through, and what they send to a matt surface is found by walks
+//! hit; mirrors, glass, metal, coats and media are walked through, and what they send to a matt surface is found by walks
 //! too (so a caustic is as noisy as in `path`, but never smeared). Where no record reaches, the walk goes on as in
 //! `path`. What arrives at a record is traced like a walk from the eye, which uses the records that are there already.
 //!
@@ -39,7 +39,7 @@ use self::cache::{Cache, Rules};
 use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::shortcut::Shortcut;
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
@@ -50,7 +50,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "light between matt surfaces interpolated from few places: smooth interiors, soon and without noise",
     misses: "what path misses; detail of indirect light below its spacing, and its interpolation error is not in the variance",
     unbiased: false,
-    refuses: refuses_media,
+    refuses: refuses_nothing,
     parameters,
     make,
 };
@@ -92,7 +92,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         spacing: [p.float("min_spacing").max(0.0), p.float("max_spacing").max(0.0)],
         memory: u64::from(p.integer("cache_memory")) << 20,
         basis: if scene.settings().spectral { Basis::Bins } else { Basis::Rgb },
-        has_others: !scene.materials.are_all_lambertian(),
+        has_others: scene.has_media() || !scene.materials.are_all_lambertian(),
     };
     let heuristic = shared::heuristic(p);
     let roulette = Roulette { rr_depth: p.integer("rr_depth") };
@@ -119,7 +119,7 @@ struct Settings {
     /// Bytes.
     memory: u64,
     basis: Basis,
-    /// Are there surfaces that are not matt?
+    /// Is there anything that is no matt surface: others, or media?
     has_others: bool,
 }
 

@@ -1,11 +1,10 @@
 //! Virtual lights: vertices of light paths on matt surfaces, each of which shines on what it sees [Keller1997].
 
 use scatter::{Bsdf, LobeFlags, TransportMode};
-use scene::{Scene, Shading, SurfaceInteraction, segment};
+use scene::{MediumId, Scene, Shading, SurfaceInteraction, segment};
 use spectrum::Spectrum;
 
-use crate::Counters;
-use crate::common::{Keeper, LightPath, Site, scatter_at};
+use crate::common::{Keeper, LightPath, Site, Tools, scatter_at};
 
 /// A virtual light.
 #[derive(Clone, Copy, Debug)]
@@ -68,12 +67,14 @@ pub(super) struct Receiver<'a> {
     pub(super) scene: &'a Scene,
     pub(super) si: &'a SurfaceInteraction,
     pub(super) shading: &'a Shading,
+    /// The medium through which the path came to it.
+    pub(super) medium: Option<MediumId>,
     pub(super) bound: Bound,
 }
 
 impl Receiver<'_> {
     /// What it sends on of a virtual light, times the number of paths.
-    pub(super) fn reflected(&self, light: &VirtualLight, counters: &mut Counters) -> Spectrum {
+    pub(super) fn reflected(&self, light: &VirtualLight, tools: &mut Tools<'_>) -> Spectrum {
         let (y, z) = (&light.si, self.si);
         let d = y.p - z.p;
         let distance_squared = d.length_squared();
@@ -88,9 +89,12 @@ impl Receiver<'_> {
         if value.is_black() || !value.is_finite() {
             return Spectrum::ZERO;
         }
-        counters.rays += 1;
+        tools.counters.rays += 1;
         let (from, to) = (z.spawn_ray(w).origin, y.spawn_ray(-w).origin);
-        if self.scene.occluded(&segment(from, to, z.time)) { Spectrum::ZERO } else { value }
+        let medium = self.scene.medium_after(z, w, self.medium);
+        let sampler = &mut *tools.sampler;
+        let ray = segment(from, to, z.time);
+        value * self.scene.transmittance(&ray, medium, tools.wl, &mut || sampler.next_1d())
     }
 }
 
@@ -100,11 +104,11 @@ pub(super) struct VirtualLights(pub(super) Vec<VirtualLight>);
 
 impl Keeper for VirtualLights {
     fn keep(&mut self, path: &LightPath<'_>) {
-        for (depth, v) in path.walk.vertices.iter().enumerate() {
-            // Media are refused: every vertex is a surface.
+        for v in &path.walk.vertices {
             let Site::Surface { si, shading } = v.site else { continue };
             let is_terminated = path.wl.is_terminated();
-            let light = VirtualLight { si, shading, power: v.throughput, depth: depth as u32, is_terminated };
+            let depth = v.events.saturating_sub(1);
+            let light = VirtualLight { si, shading, power: v.throughput, depth, is_terminated };
             if is_matt(&shading.bsdf) && light.intensity() > 0.0 {
                 self.0.push(light);
             }

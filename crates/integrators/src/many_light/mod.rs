@@ -10,7 +10,7 @@
 //! Virtual lights are made anew for every pass, so that passes average and their grain fades. Only what one matt surface
 //! (Lambertian, perhaps under a smooth coat) sends to another is had from them; light that really is emitted is sampled
 //! at every hit by the tree of [`scene::LightSelector`], one of n lights in log n steps, and glossy and delta lobes go
-//! on with the eye's walk, as does what they send to a matt surface.
+//! on with the eye's walk, as does what they, and media on the way, send to a matt surface.
 //!
 //! A virtual light near a surface would make a bright spot: `G = |cos cos'| / d²` counts up to a bound. What that takes away
 //! is given back by the walk (`compensation`): it goes on to the next surface, and light from there counts by the share that
@@ -30,11 +30,12 @@ use scene::{Shading, SurfaceInteraction};
 use self::lights::{Bound, Receiver, VirtualLight, VirtualLights, is_matt};
 use self::tree::{CutRules, LightTree};
 use crate::common::{
-    DirectionSampling, Emission, Gathered, LightStrategy, MEMORY, PixelLoop, Roulette, Shared, sampler_of,
+    DirectionSampling, Emission, Gathered, LightStrategy, MEMORY, PixelLoop, Roulette, Shared, Tools,
+    sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_media};
+use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
 use crate::shortcut::Shortcut;
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
@@ -45,7 +46,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "virtual lights, by lightcuts: diffuse scenes whose indirect light is even, after few passes",
     misses: "what path misses; glossy surfaces are path traced, and lightcuts may be wrong by a part of `error`",
     unbiased: false,
-    refuses: refuses_media,
+    refuses: refuses_turning_strands,
     parameters,
     make,
 };
@@ -87,7 +88,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         bound: Bound { most: 1.0 / (nearest * nearest) },
         compensation: p.bool("compensation") && nearest > 0.0,
         cuts: (p.text("gather") != "all").then_some(rules),
-        has_others: !making.scene.materials.are_all_lambertian(),
+        has_others: making.scene.has_media() || !making.scene.materials.are_all_lambertian(),
         shared: Shared::of_pass(making.scene, making.seed, 0),
         lights: Vec::new(),
         n_paths: 0,
@@ -162,7 +163,7 @@ struct Gathering {
     compensation: bool,
     /// `None`: all lights.
     cuts: Option<CutRules>,
-    /// Are there surfaces with other lobes than Lambert's?
+    /// Are there surfaces with other lobes than Lambert's, or media?
     has_others: bool,
     shared: Shared,
     lights: Vec<VirtualLight>,
@@ -211,18 +212,19 @@ impl Shortcut for Gathering {
     }
 
     fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered> {
-        let receiver = Receiver { scene: walk.scene, si, shading, bound: self.bound };
+        let receiver = Receiver { scene: walk.scene, si, shading, medium: walk.medium, bound: self.bound };
+        let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
         let sum = match &self.cuts {
             Some(rules) => {
                 let extra = walk.depth.saturating_sub(self.free_depth());
                 let tree = self.trees.get(extra as usize)?;
-                tree.gather(&receiver, &self.lights, rules, walk.counters).0
+                tree.gather(&receiver, &self.lights, rules, &mut tools).0
             }
             None => {
                 let mut sum = Gathered::default();
                 let most = self.max_depth - walk.depth - 2;
                 for light in self.lights.iter().filter(|l| l.depth <= most) {
-                    sum.add(receiver.reflected(light, walk.counters), light.is_terminated);
+                    sum.add(receiver.reflected(light, &mut tools), light.is_terminated);
                 }
                 sum
             }

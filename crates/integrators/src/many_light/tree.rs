@@ -22,8 +22,7 @@ use scatter::{LobeFlags, TransportMode};
 use spectrum::Spectrum;
 
 use super::lights::{Receiver, VirtualLight, most_f};
-use crate::Counters;
-use crate::common::Gathered;
+use crate::common::{Gathered, Tools};
 
 /// Of the tree.
 pub(super) const BYTES_PER_LIGHT: usize = 2 * size_of::<Node>();
@@ -122,7 +121,7 @@ impl LightTree {
         receiver: &Receiver<'_>,
         lights: &[VirtualLight],
         rules: &CutRules,
-        counters: &mut Counters,
+        tools: &mut Tools<'_>,
     ) -> (Gathered, usize) {
         let mut sum = Gathered::default();
         if self.nodes.is_empty() {
@@ -132,7 +131,7 @@ impl LightTree {
         let mut enter = |node: u32, shown: Option<Spectrum>| {
             let n = &self.nodes[node as usize];
             let shown =
-                shown.unwrap_or_else(|| receiver.reflected(&lights[n.representative as usize], counters));
+                shown.unwrap_or_else(|| receiver.reflected(&lights[n.representative as usize], tools));
             let size = f64::from(shown.max_component() / n.probability);
             (InCut { bound: receiving.bound(n), node, shown }, size)
         };

@@ -7,6 +7,7 @@
 //! Departs from the book: maps are not balanced between caustic and global photons by projection maps; caustic photons have
 //! light paths of their own instead (`caustic_photons`).
 
+mod state;
 mod walk;
 
 use sampling::Sampler;
@@ -15,8 +16,8 @@ use scene::Scene;
 pub(crate) use walk::{AtDiffuse, GatherWalk};
 
 use crate::common::{
-    Emission, Emitted, KERNEL, Keeper, Kernel, LightPath, MEDIUM_RADIUS, MEMORY, PhotonMap, Photons, PixelLoop, RADIUS,
-    RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
+    Emission, Emitted, KERNEL, Keeper, Kernel, LightPath, MEDIUM_RADIUS, MEMORY, PhotonMap, Photons,
+    PixelLoop, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};

@@ -16,12 +16,13 @@
 use std::collections::BinaryHeap;
 
 use math::Ray;
+use sampling::Sampler;
 use sampling::mis::Heuristic;
-use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{LobeFlags, TransportMode};
-use scene::{LightContext, MediumId, Scene};
+use scene::{MediumId, Scene};
 use spectrum::{Spectrum, Wavelengths};
 
+use super::state::{Before, State};
 use crate::Counters;
 use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, Estimate, Gathered, Kernel,
@@ -54,34 +55,6 @@ pub(crate) struct GatherWalk {
     pub(crate) global: PhotonMap,
     /// Caustic photons alone; `None`: they are those of the global map.
     pub(crate) caustic: Option<PhotonMap>,
-}
-
-/// How an emitter that the walk meets next counts.
-#[derive(Clone, Copy)]
-enum Before {
-    /// In full: nothing but deltas so far.
-    Deltas,
-    /// Against a light sample from there; so many light samples and directions share the work.
-    Rival(LightContext, Pdf<SolidAngle>, [u32; 2]),
-    /// Not at all: photons stand for it.
-    Photons,
-}
-
-/// A walk on its way.
-#[derive(Clone, Copy)]
-struct State {
-    ray: Ray,
-    /// The medium that the ray starts in.
-    medium: Option<MediumId>,
-    throughput: Spectrum,
-    eta_scale: f32,
-    /// Scattering events so far.
-    depth: u32,
-    /// The same with those under surfaces.
-    steps: u32,
-    before: Before,
-    /// It is one of the rays of final gathering.
-    is_gathering: bool,
 }
 
 /// What a walk writes to.
@@ -172,14 +145,7 @@ impl GatherWalk {
     }
 
     /// Through a medium up to the distance `end`. Where it scatters, the walk collects what arrives and ends.
-    fn fly(
-        &self,
-        scene: &Scene,
-        medium: MediumId,
-        end: f32,
-        on: &mut State,
-        out: &mut Output<'_>,
-    ) -> Flown {
+    fn fly(&self, scene: &Scene, medium: MediumId, end: f32, on: &mut State, out: &mut Output<'_>) -> Flown {
         let ray = Ray { t_max: end, ..on.ray };
         let (media, sampler) = (&scene.media, &mut *out.sampler);
         let is_interior = media.is_interior(medium);
@@ -361,55 +327,4 @@ enum Flown {
     Under,
     /// The walk is done.
     End,
-}
-
-impl State {
-    /// Where the walk is.
-    fn vertex(&self, site: Site) -> Vertex {
-        Vertex {
-            site,
-            medium: self.medium,
-            throughput: self.throughput,
-            forward: 0.0,
-            reverse: 0.0,
-            is_delta: false,
-            events: self.depth + 1,
-        }
-    }
-
-    /// Leaves a surface.
-    fn follow(&mut self, scene: &Scene, vertex: &Vertex, s: &DirectionSample, counts: [u32; 2]) {
-        let Site::Surface { si, shading } = &vertex.site else { return };
-        self.throughput *= s.weight;
-        self.eta_scale *= s.eta * s.eta;
-        self.depth += 1;
-        self.steps += 1;
-        self.before = match s.pdf {
-            Some(pdf) => Before::Rival(si.light_context(), pdf, counts),
-            None => self.before.after_delta(),
-        };
-        let dir = shading.frame.to_world(s.wi);
-        self.medium = scene.medium_after(si, dir, self.medium);
-        self.ray = si.spawn_ray(dir);
-    }
-}
-
-impl Before {
-    /// The walk scatters by a delta, or under a surface.
-    fn after_delta(self) -> Self {
-        match self {
-            Self::Deltas => Self::Deltas,
-            Self::Rival(..) | Self::Photons => Self::Photons,
-        }
-    }
-
-    fn weight(&self, light_pdf: impl Fn(&LightContext) -> Pdf<SolidAngle>) -> f32 {
-        match self {
-            Self::Deltas => 1.0,
-            Self::Photons => 0.0,
-            Self::Rival(from, pdf, [n_light, n_direction]) => {
-                Heuristic::Power.weight(*pdf * *n_direction as f32, light_pdf(from) * *n_light as f32)
-            }
-        }
-    }
 }
