@@ -213,3 +213,46 @@ fn a_budget_keeps_the_mean() {
     }
     family.finish();
 }
+
+/// A ball of a medium that absorbs nothing cannot be seen in a furnace. Near its border the balls of a search lack photons:
+/// what is missing falls with the radius, so that twice a radius of a half less one of a whole is right.
+#[test]
+fn a_medium_in_a_furnace_cannot_be_seen_in_the_limit() {
+    let grid = "\"integer nx\" 2 \"integer ny\" 2 \"integer nz\" 2 \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1]\n\
+        \"float density\" [1 2 3 4 4 3 2 1]";
+    let media = [
+        ("of colours", "\"string type\" \"homogeneous\" \"rgb sigma_s\" [0.5 1 2] \"float g\" -0.3".to_owned()),
+        ("that varies", format!("\"string type\" \"uniformgrid\" {grid} \"rgb sigma_s\" [0.2 0.4 0.6]")),
+    ];
+    let ways = [
+        ("sppm", vec![("direct", "photons"), ("alpha", "1")]),
+        ("sppm", vec![("alpha", "1")]),
+        ("vcm", vec![("mode", "ppm"), ("alpha", "1")]),
+        ("vcm", vec![("alpha", "1")]),
+    ];
+    let mut family = Family::default();
+    for (name, medium) in media {
+        let world = format!(
+            "MakeNamedMedium \"m\" {medium} \"rgb sigma_a\" [0 0 0]\nLightSource \"infinite\" \"rgb L\" [1 1 1]\n\
+             Material \"interface\"\nMediumInterface \"m\" \"\"\nShape \"sphere\"\n"
+        );
+        let scene = Eye { window: 1.0, ..Eye::at([0.0, 0.3, 3.0], [0.0, 0.3, 0.0], 16) }.scene(&world);
+        for (integrator, own) in &ways {
+            let of = |radius: &str, seed: u64| {
+                let all = [("max_depth", "none"), ("medium_radius", "1"), ("photons", "4000"), ("radius", radius)];
+                let settings = [&all, own.as_slice()].concat();
+                let (job, _) = Way { integrator, settings: &settings }.render(&scene, 0..2, seed, 2);
+                job.film().develop().mean_rgb()
+            };
+            let both: Vec<_> = (0..16).map(|seed| [of("0.12", seed), of("0.06", 100 + seed)]).collect();
+            for c in 0..3 {
+                let limit = Moments::of(both.iter().map(|[whole, half]| 2.0 * half[c] - whole[c]));
+                let name = format!("a medium {name}, {integrator} {own:?}, {c}");
+                family.mean_within(&name, &limit, 1.0, 2e-3);
+                let missing = Moments::of(both.iter().map(|[whole, _]| 1.0 - whole[c]));
+                family.holds(name, (-0.01..0.1).contains(&missing.mean()));
+            }
+        }
+    }
+    family.finish();
+}

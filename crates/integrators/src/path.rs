@@ -222,6 +222,7 @@ impl<S: Shortcut> Path<S> {
         };
 
         // Next-event estimation.
+        let n_light = if shortcut { self.shortcut.light_samples() } else { 1 };
         if let Some(strategy) = self.lights
             && !shading.bsdf.is_delta_only()
             && share > 0.0
@@ -233,10 +234,11 @@ impl<S: Shortcut> Path<S> {
                 medium: walk.medium,
                 directions: self.directions,
                 guide,
-                counts: [1, 1],
+                counts: [n_light, 1],
             };
             let strategy = if goes_on { strategy } else { LightStrategy::Alone };
-            let direct = here.sample(strategy, walk.sampler, walk.wl, walk.counters);
+            let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
+            let direct = here.sample_all(strategy, &mut tools);
             walk.add(direct * share);
         }
         if !goes_on {
@@ -255,7 +257,8 @@ impl<S: Shortcut> Path<S> {
         walk.eta_scale *= s.eta * s.eta;
         walk.depth += 1;
         walk.steps += 1;
-        walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf));
+        // One direction for so many light samples.
+        walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf * (1.0 / n_light as f32)));
         walk.shortcut_from = (shortcut && s.pdf.is_some()).then_some((*si, *shading));
         let dir = shading.frame.to_world(s.wi);
         walk.medium = walk.scene.medium_after(si, dir, walk.medium);

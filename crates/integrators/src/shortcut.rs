@@ -4,7 +4,15 @@ use scatter::Bsdf;
 use scene::{Shading, SurfaceInteraction};
 
 use crate::common::{Gathered, Shared};
+use crate::parameters::{ParameterInfo, ParameterKind};
 use crate::walker::Walker;
+
+/// Parameter: see [`Shortcut::light_samples`].
+pub(crate) const LIGHT_SAMPLES: ParameterInfo = ParameterInfo {
+    name: "light_samples",
+    kind: ParameterKind::Integer(1),
+    doc: "light samples at a matt surface, dealt to the branches of the tree of lights",
+};
 
 /// Another way to have the light that surfaces of a class get from surfaces of the same class, emission left out. The
 /// walk goes on for the rest: through other surfaces, and for the share that the shortcut leaves.
@@ -23,6 +31,11 @@ pub(crate) trait Shortcut: Send + Sync {
 
     /// The share of the light from `to`, of the class, to `from` that [`Shortcut::light`] left out.
     fn remainder(&self, from: (&SurfaceInteraction, &Shading), to: &SurfaceInteraction) -> f32;
+
+    /// Light samples at a surface where the shortcut was taken.
+    fn light_samples(&self) -> u32 {
+        1
+    }
 
     /// May there be anything for the walk to find behind a surface where the shortcut was taken?
     fn leaves_something(&self) -> bool;

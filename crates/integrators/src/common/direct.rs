@@ -53,10 +53,22 @@ impl DirectLight<'_> {
         wl: &Wavelengths,
         counters: &mut Counters,
     ) -> Spectrum {
-        let mut tools = Tools { sampler, wl, counters };
+        self.sample_stratum(strategy, [0, 1], &mut Tools { sampler, wl, counters })
+    }
+
+    /// All light samples that [`DirectLight::counts`] says, whose choices of a light are in strata: as the tree of lights
+    /// goes, they are dealt to its branches, and far branches share one [Yuksel2019].
+    pub(crate) fn sample_all(&self, strategy: LightStrategy, tools: &mut Tools<'_>) -> Spectrum {
+        let n = self.counts[0];
+        (0..n).map(|i| self.sample_stratum(strategy, [i, n], tools)).sum()
+    }
+
+    fn sample_stratum(&self, strategy: LightStrategy, stratum: [u32; 2], tools: &mut Tools<'_>) -> Spectrum {
         let ctx = self.si.light_context();
-        let Some((sample, chosen)) = tools.light_sample(self.scene, &ctx) else { return Spectrum::ZERO };
-        self.contribution(&ctx, &sample, chosen, strategy, &mut tools)
+        let Some((sample, chosen)) = tools.light_sample(self.scene, &ctx, stratum) else {
+            return Spectrum::ZERO;
+        };
+        self.contribution(&ctx, &sample, chosen, strategy, tools)
     }
 
     /// What a given light sample, chosen with probability `chosen`, contributes.
@@ -99,7 +111,7 @@ pub(crate) fn direct_in_medium(
     tools: &mut Tools<'_>,
 ) -> Spectrum {
     let ctx = point.light_context();
-    let Some((sample, chosen)) = tools.light_sample(scene, &ctx) else { return Spectrum::ZERO };
+    let Some((sample, chosen)) = tools.light_sample(scene, &ctx, [0, 1]) else { return Spectrum::ZERO };
     let rival = point.phase.pdf(point.wo, sample.wi);
     let scattered = sample.li * rival.value();
     if scattered.is_black() {
@@ -111,11 +123,17 @@ pub(crate) fn direct_in_medium(
 }
 
 impl Tools<'_> {
-    /// A light sample and the probability of its light.
-    fn light_sample(&mut self, scene: &Scene, ctx: &LightContext) -> Option<(LightSample, f32)> {
-        let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+    /// A light sample and the probability of its light, which is chosen in stratum `i` of `n`.
+    fn light_sample(
+        &mut self,
+        scene: &Scene,
+        ctx: &LightContext,
+        [i, n]: [u32; 2],
+    ) -> Option<(LightSample, f32)> {
+        let (u, u_place) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let u_light = ((i as f32 + u) / n as f32).min(1.0 - 0.5 * f32::EPSILON);
         let (light, chosen) = scene.light_selector.select(ctx, u_light)?;
-        scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, chosen))
+        scene.lights.sample(light, ctx, u_place, self.wl).map(|s| (s, chosen))
     }
 
     /// `weight` times what gets through from a light sample to a point.

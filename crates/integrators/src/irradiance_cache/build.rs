@@ -141,7 +141,9 @@ impl Build<'_> {
         let mut counters = Counters::default();
         let frame = Frame::from_normal(wanted.n);
         let basis = self.settings.basis;
-        let path = self.path.with(Interpolation { settings: *self.settings, caches });
+        // Many rays share the noise of lamps.
+        let settings = Settings { light_samples: 1, ..*self.settings };
+        let path = self.path.with(Interpolation { settings, caches });
         let strata = Strata::new(self.settings.rays / basis.n_groups() as u32);
         let mut sampler = self.sampler.clone();
         let mut found = Vec::with_capacity(strata.len());

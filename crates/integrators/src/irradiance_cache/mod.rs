@@ -40,7 +40,7 @@ use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roule
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
-use crate::shortcut::Shortcut;
+use crate::shortcut::{LIGHT_SAMPLES, Shortcut};
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
@@ -71,6 +71,7 @@ fn parameters() -> Vec<ParameterInfo> {
         parameter("max_spacing", ParameterKind::Float(32.0), "a record reaches at most so many pixels"),
         parameter("gradients", ParameterKind::Bool(true), "extrapolate with gradients"),
         parameter("clamping", ParameterKind::Bool(true), "records limit the reach of their neighbours"),
+        ParameterInfo { kind: ParameterKind::Integer(4), ..LIGHT_SAMPLES },
         parameter(
             "cache_memory",
             ParameterKind::Integer(1024),
@@ -92,6 +93,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         spacing: [p.float("min_spacing").max(0.0), p.float("max_spacing").max(0.0)],
         memory: u64::from(p.integer("cache_memory")) << 20,
         basis: if scene.settings().spectral { Basis::Bins } else { Basis::Rgb },
+        light_samples: p.integer(LIGHT_SAMPLES.name).max(1),
         has_others: scene.has_media() || !scene.materials.are_all_lambertian(),
     };
     let heuristic = shared::heuristic(p);
@@ -119,6 +121,7 @@ struct Settings {
     /// Bytes.
     memory: u64,
     basis: Basis,
+    light_samples: u32,
     /// Is there anything that is no matt surface: others, or media?
     has_others: bool,
 }
@@ -210,6 +213,10 @@ impl<C: AsRef<[Cache]> + Send + Sync> Shortcut for Interpolation<C> {
 
     fn remainder(&self, _: (&SurfaceInteraction, &Shading), _: &SurfaceInteraction) -> f32 {
         0.0
+    }
+
+    fn light_samples(&self) -> u32 {
+        self.settings.light_samples
     }
 
     fn leaves_something(&self) -> bool {

@@ -9,7 +9,7 @@
 //!
 //! Virtual lights are made anew for every pass, so that passes average and their grain fades. Only what one matt surface
 //! (Lambertian, perhaps under a smooth coat) sends to another is had from them; light that really is emitted is sampled
-//! at every hit by the tree of [`scene::LightSelector`], one of n lights in log n steps, and glossy and delta lobes go
+//! at every hit by the tree of [`scene::LightSelector`], k of n lights in k log n steps, dealt to the tree's branches, and glossy and delta lobes go
 //! on with the eye's walk, as does what they, and media on the way, send to a matt surface.
 //!
 //! A virtual light near a surface would make a bright spot: `G = |cos cos'| / d²` counts up to a bound. What that takes away
@@ -36,7 +36,7 @@ use crate::common::{
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
-use crate::shortcut::Shortcut;
+use crate::shortcut::{LIGHT_SAMPLES, Shortcut};
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
@@ -75,6 +75,7 @@ fn parameters() -> Vec<ParameterInfo> {
             "distance, as a share of the scene's radius, at which a facing virtual light counts most; 0: no bound",
         ),
         parameter("compensation", ParameterKind::Bool(true), "trace what clamping takes away"),
+        ParameterInfo { kind: ParameterKind::Integer(8), ..LIGHT_SAMPLES },
         MEMORY,
     ]
 }
@@ -89,6 +90,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         compensation: p.bool("compensation") && nearest > 0.0,
         cuts: (p.text("gather") != "all").then_some(rules),
         has_others: making.scene.has_media() || !making.scene.materials.are_all_lambertian(),
+        light_samples: p.integer(LIGHT_SAMPLES.name).max(1),
         shared: Shared::of_pass(making.scene, making.seed, 0),
         lights: Vec::new(),
         n_paths: 0,
@@ -163,6 +165,7 @@ struct Gathering {
     compensation: bool,
     /// `None`: all lights.
     cuts: Option<CutRules>,
+    light_samples: u32,
     /// Are there surfaces with other lobes than Lambert's, or media?
     has_others: bool,
     shared: Shared,
@@ -236,6 +239,10 @@ impl Shortcut for Gathering {
 
     fn remainder(&self, from: (&SurfaceInteraction, &Shading), to: &SurfaceInteraction) -> f32 {
         if self.compensation { 1.0 - self.bound.share(from, to) } else { 0.0 }
+    }
+
+    fn light_samples(&self) -> u32 {
+        self.light_samples
     }
 
     fn leaves_something(&self) -> bool {
