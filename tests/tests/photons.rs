@@ -221,7 +221,10 @@ fn a_medium_in_a_furnace_cannot_be_seen_in_the_limit() {
     let grid = "\"integer nx\" 2 \"integer ny\" 2 \"integer nz\" 2 \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1]\n\
         \"float density\" [1 2 3 4 4 3 2 1]";
     let media = [
-        ("of colours", "\"string type\" \"homogeneous\" \"rgb sigma_s\" [0.5 1 2] \"float g\" -0.3".to_owned()),
+        (
+            "of colours",
+            "\"string type\" \"homogeneous\" \"rgb sigma_s\" [0.5 1 2] \"float g\" -0.3".to_owned(),
+        ),
         ("that varies", format!("\"string type\" \"uniformgrid\" {grid} \"rgb sigma_s\" [0.2 0.4 0.6]")),
     ];
     let ways = [
@@ -239,7 +242,8 @@ fn a_medium_in_a_furnace_cannot_be_seen_in_the_limit() {
         let scene = Eye { window: 1.0, ..Eye::at([0.0, 0.3, 3.0], [0.0, 0.3, 0.0], 16) }.scene(&world);
         for (integrator, own) in &ways {
             let of = |radius: &str, seed: u64| {
-                let all = [("max_depth", "none"), ("medium_radius", "1"), ("photons", "4000"), ("radius", radius)];
+                let all =
+                    [("max_depth", "none"), ("medium_radius", "1"), ("photons", "4000"), ("radius", radius)];
                 let settings = [&all, own.as_slice()].concat();
                 let (job, _) = Way { integrator, settings: &settings }.render(&scene, 0..2, seed, 2);
                 job.film().develop().mean_rgb()

@@ -16,7 +16,8 @@ use scene::Scene;
 use super::strategies::{Contribution, Joint};
 use super::weight::{LightEnd, Link, Strategy};
 use crate::common::{
-    Emission, Kernel, Near, Photon, PhotonMap, Photons, Radius, Roulette, Shared, Site, Vertex, ball, disk,
+    Emission, Kernel, Near, Photon, PhotonMap, Photons, Place, Radius, Roulette, Shared, Site, Vertex, ball,
+    disk,
 };
 use crate::{Counters, PassContext, Prepared};
 
@@ -99,6 +100,16 @@ impl Merging {
     }
 }
 
+/// What makes a photon's density that of the eye's vertex, as seen from the vertex before: in media that is often as near as
+/// the photon, and weights that are not those of one path would not add up to one.
+fn moved(photon: &Photon, before: &Place, to: &Vertex) -> f32 {
+    if !photon.is_in_medium() || before.is_infinite {
+        return 1.0;
+    }
+    let ratio = (photon.p - before.p).length_squared() / (to.p() - before.p).length_squared();
+    if ratio.is_finite() { ratio } else { 1.0 }
+}
+
 impl Joint<'_> {
     /// Photons around vertex number `i` of the eye's walk, into `near`, which is emptied first; and the radius.
     pub(crate) fn find_photons(&self, merging: &Merging, i: usize, near: &mut Vec<Near>) -> f32 {
@@ -152,12 +163,12 @@ impl Joint<'_> {
         });
         let weighting = self.weighting;
         let links = self.gather_merged(std::iter::once(start).chain(of_light), i + 2);
-        links[m].from_light = photon.forward;
+        let place = before.last().map_or(origin.place, |v| v.place());
+        links[m].from_light = photon.forward * moved(photon, &place, &z);
         links[m].is_delta = false;
         let on = z.leaving(photon.wi, z.wo(), TransportMode::Importance);
         links[m + 1].from_light = before_z.map_or(0.0, |p| on.density_at(&p));
         let back = z.leaving(z.wo(), photon.wi, TransportMode::Radiance);
-        let place = before.last().map_or(origin.place, |v| v.place());
         links[m - 1].from_eye = back.density_at(&place);
 
         let weight = weighting.weight(links, &end, Strategy::Merge(m));
