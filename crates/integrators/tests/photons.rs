@@ -34,11 +34,11 @@ fn photon_methods_agree_with_path_tracing() {
     );
 }
 
-/// Mist, a cloud, what is in rough glass and under rough surfaces. In a ball of one pixel's width there are so few photons
+/// Mist, a cloud, what is in rough glass and under rough surfaces. In so small a ball there are so few photons
 /// that noise hides its bias too.
 #[test]
 fn in_media_too() {
-    all_agree(&[("smoke", false), ("wax", false)], &["radius_pixels=0.33", "medium_radius=3"]);
+    all_agree(&[("smoke", false), ("wax", false)], &["radius_pixels=0.33", "medium_radius=1"]);
 }
 
 fn all_agree(scenes: &[(&str, bool)], radius: &[&str]) {
