@@ -10,6 +10,7 @@ use crate::instance::{Instance, Placed};
 use crate::isa::Isa;
 use crate::kernels;
 use crate::layout::{ChildRef, Node8, WideTree};
+use crate::ray_space;
 
 /// Entering an object costs many node visits, so each instance has a box of its own.
 const INSTANCE_COST: LeafCost = LeafCost { max_items: 1, fixed: 8.0, per_item: 0.0 };
@@ -23,6 +24,8 @@ pub struct Accel {
     pub(crate) top: WideTree,
     /// Around everything.
     pub(crate) bounds: Bounds,
+    /// See [`ray_space::reach`].
+    pub(crate) reach: f32,
     isa: Isa,
 }
 
@@ -64,7 +67,7 @@ impl Accel {
         let bounds = items.iter().fold(world.bounds(), |b, i| b.union(i.bounds().to_bounds()));
         let leaf = &mut |leaf: &[Item]| ChildRef::mixed(leaf[0].id() as usize);
         let top = build::build(&mut items, &BuildOptions::default(), &INSTANCE_COST, leaf);
-        Ok(Self { world, objects, placed, top, bounds, isa: Isa::detect() })
+        Ok(Self { world, objects, placed, top, bounds, reach: ray_space::reach(&bounds), isa: Isa::detect() })
     }
 
     /// Without instances.
@@ -72,7 +75,7 @@ impl Accel {
     pub fn from_static(world: Blas) -> Self {
         let top = WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 };
         let (objects, placed, bounds) = (Vec::new(), Vec::new(), world.bounds());
-        Self { world, objects, placed, top, bounds, isa: Isa::detect() }
+        Self { world, objects, placed, top, bounds, reach: ray_space::reach(&bounds), isa: Isa::detect() }
     }
 
     /// Uses the kernel for `isa` if this processor runs it, else leaves everything as it is.

@@ -36,13 +36,24 @@ pub(crate) struct Best {
     pub(crate) item: u32,
     pub(crate) u: f32,
     pub(crate) v: f32,
+    /// For a triangle whose `u` and `v` are not yet found: its [`place`]; else [`NOWHERE`].
+    pub(crate) place: u64,
     pub(crate) found: bool,
+}
+
+/// No place.
+pub(crate) const NOWHERE: u64 = u64::MAX;
+
+/// A lane of a block of triangles.
+#[inline(always)]
+pub(crate) fn place(block: usize, lane: usize) -> u64 {
+    (block as u64) << 3 | lane as u64
 }
 
 impl Best {
     /// Nothing yet: only `t < t_max` beats it.
     pub(crate) fn nothing(t_max: f32) -> Self {
-        Self { t: t_max, instance: 0, item: 0, u: 0.0, v: 0.0, found: false }
+        Self { t: t_max, instance: 0, item: 0, u: 0.0, v: 0.0, place: NOWHERE, found: false }
     }
 
     /// Does (t, instance, item) come before this one?
@@ -58,7 +69,7 @@ mod tests {
 
     #[test]
     fn ties_go_to_the_smaller_instance_then_item() {
-        let best = Best { t: 1.0, instance: 2, item: 5, u: 0.0, v: 0.0, found: true };
+        let best = Best { t: 1.0, instance: 2, item: 5, u: 0.0, v: 0.0, place: NOWHERE, found: true };
         assert!(best.loses_to(1.0, 1, 9) && best.loses_to(1.0, 2, 4) && best.loses_to(0.5, 7, 7));
         assert!(!best.loses_to(1.0, 2, 5) && !best.loses_to(1.0, 3, 0) && !best.loses_to(f32::NAN, 0, 0));
         assert!(!Best::nothing(1.0).loses_to(1.0, 0, 0), "t_max itself is out of range");

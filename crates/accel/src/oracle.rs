@@ -4,7 +4,7 @@ use math::{Bounds, Ray};
 
 use crate::accel::Accel;
 use crate::blas::Blas;
-use crate::hit::{Best, Hit, NO_INSTANCE};
+use crate::hit::{Best, Hit, NOWHERE, NO_INSTANCE};
 use crate::layout::{FILTER_BIT, WIDTH};
 use crate::primitive::triangle;
 use crate::ray_space::RaySpace;
@@ -20,21 +20,21 @@ impl Accel {
                 if !(t > 0.0 && best.loses_to(at, instance, item)) {
                     return;
                 }
-                let candidate = Best { t: at, instance, item, u, v, found: true };
+                let candidate = Best { t: at, instance, item, u, v, place: NOWHERE, found: true };
                 let found = blas.hit(&candidate);
                 if tagged & FILTER_BIT == 0 || filter(&found) {
                     (best, hit) = (candidate, Some(found));
                 }
             });
         };
-        let outer = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, &self.bounds)?;
+        let outer = RaySpace::new(ray.origin.0, ray.dir.0, ray.time, self.reach)?;
         one(&self.world, &outer, NO_INSTANCE, 0.0);
         for (placed, i) in self.placed.iter().zip(0..) {
             let (entry, exit) = outer.slab(&placed.bounds);
             let blas = &self.objects[placed.object as usize];
             let (o, d) = placed.to_object(ray.origin.0, ray.dir.0, ray.time);
             if entry <= exit
-                && let Some(local) = RaySpace::new(o, d, ray.time, &blas.bounds)
+                && let Some(local) = RaySpace::new(o, d, ray.time, blas.reach)
             {
                 one(blas, &local, i, entry);
             }

@@ -8,6 +8,8 @@ pub(super) trait Lanes: Copy {
     fn store(self, a: &mut [f32; 8]);
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
+    /// `self · b + c`, rounded once.
+    fn mul_add(self, b: Self, c: Self) -> Self;
     fn min(self, b: Self) -> Self;
     fn max(self, b: Self) -> Self;
     /// Bit `i` is set where lane `i` of `self` is at most that of `b`.

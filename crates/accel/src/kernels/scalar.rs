@@ -40,6 +40,10 @@ impl Lanes for Plain {
         self.zip(b, |x, y| x * y)
     }
     #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i].mul_add(b.0[i], c.0[i])))
+    }
+    #[inline(always)]
     fn min(self, b: Self) -> Self {
         self.zip(b, ray_space::min)
     }

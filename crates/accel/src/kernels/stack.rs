@@ -25,7 +25,7 @@ impl Stack<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn push(&mut self, key: u64) {
+    fn push(&mut self, key: u64) {
         debug_assert!(self.height < STACK);
         // SAFETY: a tree is at most `MAX_DEPTH` deep (its builder sees to it), a node leaves at most seven keys behind
         // on the way down and pushes eight at once, so `height < STACK`.
@@ -34,7 +34,7 @@ impl Stack<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<u64> {
+    fn pop(&mut self) -> Option<u64> {
         if self.height == 0 {
             return None;
         }
@@ -43,71 +43,93 @@ impl Stack<'_> {
         Some(unsafe { self.at(self.height).read() })
     }
 
-    /// Orders the keys from `base` on, greatest first.
+    /// Puts a key among those from `base` on, which are in order, greatest first.
     #[inline(always)]
-    fn sort_from(&mut self, base: usize) {
-        for i in base + 1..self.height {
-            // SAFETY: `base ≤ j ≤ i < height`, and every place below `height` was written by `push`.
-            unsafe {
-                let key = self.at(i).read();
-                let mut j = i;
-                while j > base && self.at(j - 1).read() < key {
-                    self.at(j).write(self.at(j - 1).read());
-                    j -= 1;
-                }
-                self.at(j).write(key);
+    fn push_in_order(&mut self, base: usize, key: u64) {
+        let mut j = self.height;
+        self.push(key);
+        // SAFETY: `base ≤ j < height`, and every place below `height` was written by `push`.
+        unsafe {
+            while j > base && self.at(j - 1).read() < key {
+                self.at(j).write(self.at(j - 1).read());
+                j -= 1;
+            }
+            self.at(j).write(key);
+        }
+    }
+
+    /// The next child that is not behind `t`; distances do not count if any hit will do.
+    #[inline(always)]
+    pub(super) fn pop_until<const ANY: bool>(&mut self, t: f32) -> Option<ChildRef> {
+        loop {
+            let key = self.pop()?;
+            if ANY || f32::from_bits((key >> 32) as u32) <= t {
+                return Some(ChildRef(key as u32));
             }
         }
     }
 }
 
-/// The children that a node test left over.
-pub(super) struct Met<'a> {
-    pub(super) mask: u32,
-    pub(super) entry: [f32; WIDTH],
-    pub(super) node: &'a Node8,
-}
-
-impl Met<'_> {
-    /// Takes the next one out.
-    #[inline(always)]
-    fn next(&mut self) -> u64 {
-        let lane = self.mask.trailing_zeros() as usize & (WIDTH - 1);
-        self.mask &= self.mask.wrapping_sub(1);
-        u64::from(self.entry[lane].to_bits()) << 32 | u64::from(self.node.children[lane].0)
-    }
-}
-
-/// The nearest of the children that were met; the others go onto the stack, farthest first.
+/// Of the children in `mask`: the distance in the upper half, the child in the lower.
 #[inline(always)]
-pub(super) fn nearest_first(mut met: Met<'_>, stack: &mut Stack<'_>) -> ChildRef {
-    let a = met.next();
-    if met.mask == 0 {
-        return ChildRef(a as u32);
+fn key(lane: u32, entries: &[f32; WIDTH], node: &Node8) -> u64 {
+    let lane = lane as usize & (WIDTH - 1);
+    u64::from(entries[lane].to_bits()) << 32 | u64::from(node.children[lane].0)
+}
+
+/// The biggest of the children that were met; the others go onto the stack. `None` if there are none.
+#[inline(always)]
+pub(super) fn biggest_first(mut mask: u32, node: &Node8, stack: &mut Stack<'_>) -> Option<ChildRef> {
+    if mask == 0 {
+        return None;
     }
-    let b = met.next();
+    // In the order of the slots: the last, which is the biggest, comes first.
+    let last = 31 - mask.leading_zeros();
+    mask ^= 1 << last;
+    while mask != 0 {
+        stack.push(u64::from(node.children[mask.trailing_zeros() as usize & (WIDTH - 1)].0));
+        mask &= mask - 1;
+    }
+    Some(node.children[last as usize & (WIDTH - 1)])
+}
+
+/// The nearest of the children that were met; the others go onto the stack, farthest first. `None` if there are none.
+#[inline(always)]
+pub(super) fn nearest_first(
+    mask: u32,
+    entries: &[f32; WIDTH],
+    node: &Node8,
+    stack: &mut Stack<'_>,
+) -> Option<ChildRef> {
+    if mask == 0 {
+        return None;
+    }
+    let first = mask.trailing_zeros();
+    let mask = mask & (mask - 1);
+    if mask == 0 {
+        return Some(node.children[first as usize & (WIDTH - 1)]);
+    }
+    let (a, b) = (key(first, entries, node), key(mask.trailing_zeros(), entries, node));
     let (near, far) = if a < b { (a, b) } else { (b, a) };
-    if met.mask == 0 {
+    let mask = mask & (mask - 1);
+    if mask == 0 {
         stack.push(far);
-        return ChildRef(near as u32);
+        return Some(ChildRef(near as u32));
     }
-    let c = met.next();
-    if met.mask == 0 {
-        // near < far are in order; place c.
-        let (middle, last) = if c < far { (c, far) } else { (far, c) };
-        let (first, middle) = if middle < near { (middle, near) } else { (near, middle) };
-        stack.push(last);
-        stack.push(middle);
-        return ChildRef(first as u32);
-    }
+    let c = key(mask.trailing_zeros(), entries, node);
+    let (middle, last) = if c < far { (c, far) } else { (far, c) };
+    let (first, middle) = if middle < near { (middle, near) } else { (near, middle) };
+    let mut mask = mask & (mask - 1);
     let base = stack.height;
-    stack.push(far);
-    stack.push(near);
-    stack.push(c);
-    while met.mask != 0 {
-        let key = met.next();
-        stack.push(key);
+    stack.push(last);
+    stack.push(middle);
+    if mask == 0 {
+        return Some(ChildRef(first as u32));
     }
-    stack.sort_from(base);
-    ChildRef(stack.pop().unwrap_or_default() as u32)
+    stack.push(first);
+    while mask != 0 {
+        stack.push_in_order(base, key(mask.trailing_zeros(), entries, node));
+        mask &= mask - 1;
+    }
+    stack.pop().map(|key| ChildRef(key as u32))
 }

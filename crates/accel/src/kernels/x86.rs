@@ -4,7 +4,7 @@
 #![allow(unsafe_code, reason = "intrinsics; see each SAFETY note")]
 
 use std::arch::x86_64::{
-    __m256, _CMP_LE_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    __m256, _CMP_LE_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_fmadd_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
 };
 
@@ -17,6 +17,7 @@ use crate::hit::{Best, Hit};
 
 pub(super) fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
         && is_x86_feature_detected!("bmi1")
         && is_x86_feature_detected!("bmi2")
         && is_x86_feature_detected!("lzcnt")
@@ -31,7 +32,7 @@ pub(super) fn has_avx512() -> bool {
         && is_x86_feature_detected!("avx512bw")
 }
 
-/// Only functions below, which run where AVX2 was detected, name this type: that is the fact every method relies on.
+/// Only functions below, which run where AVX2 and FMA were detected, name this type: that is the fact every method relies on.
 #[derive(Clone, Copy)]
 struct Avx(__m256);
 
@@ -62,6 +63,11 @@ impl Lanes for Avx {
         Self(unsafe { _mm256_mul_ps(self.0, b.0) })
     }
     #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: FMA was detected, see the type.
+        Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
     fn min(self, b: Self) -> Self {
         // SAFETY: AVX2 was detected, see the type.
         Self(unsafe { _mm256_min_ps(self.0, b.0) })
@@ -87,11 +93,11 @@ pub(super) fn trace_avx2<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &
 where
     F: FnMut(&Hit) -> bool,
 {
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, true, F>(accel, ray, filter)
     }
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, false, F>(accel, ray, filter)
     }
@@ -107,11 +113,11 @@ pub(super) fn trace_avx512<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter:
 where
     F: FnMut(&Hit) -> bool,
 {
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, true, F>(accel, ray, filter)
     }
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
         traverse::trace::<Avx, ANY, false, F>(accel, ray, filter)
     }

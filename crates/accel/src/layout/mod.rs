@@ -5,6 +5,7 @@
 //! | [`Node8`]  |   256 | eight boxes in full precision, by axis, and eight [`ChildRef`]s |
 //! | [`TriBlock`] | 320 | up to eight triangles, by coordinate, and their item numbers |
 //! | [`MixedLeaf`] | 12 | a block and a range of other primitives |
+#![allow(unsafe_code, reason = "places without checks; see each SAFETY note")]
 
 /// Children of a node, triangles of a block.
 pub(crate) const WIDTH: usize = 8;
@@ -64,6 +65,24 @@ pub(crate) struct Node8 {
 }
 
 impl Node8 {
+    /// The place of the lower (0) or upper (1) planes of an axis.
+    #[inline(always)]
+    pub(crate) fn plane_at(axis: usize, upper: usize) -> usize {
+        (2 * axis + upper) * WIDTH
+    }
+
+    /// One plane of each child.
+    ///
+    /// # Safety
+    ///
+    /// `at` is one of [`Node8::plane_at`].
+    #[inline(always)]
+    pub(crate) unsafe fn plane(&self, at: usize) -> &[f32; WIDTH] {
+        let first: *const f32 = self.planes.as_ptr().cast();
+        // SAFETY: by the contract the eight numbers from `at` on are within `planes`.
+        unsafe { &*first.add(at).cast() }
+    }
+
     pub(crate) const EMPTY: Self = Self {
         planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
         children: [ChildRef::EMPTY; WIDTH],
@@ -83,10 +102,29 @@ pub(crate) struct TriBlock {
 impl TriBlock {
     pub(crate) const EMPTY: Self = Self { v: [[[f32::NAN; WIDTH]; 3]; 3], items: [0; WIDTH] };
 
+    /// The place of the coordinates along an axis.
+    #[inline(always)]
+    pub(crate) fn axis_at(axis: usize) -> usize {
+        axis * WIDTH
+    }
+
+    /// One coordinate of one corner of each triangle.
+    ///
+    /// # Safety
+    ///
+    /// `vertex < 3`, and `at` is one of [`TriBlock::axis_at`].
+    #[inline(always)]
+    pub(crate) unsafe fn coordinates(&self, vertex: usize, at: usize) -> &[f32; WIDTH] {
+        let first: *const f32 = self.v.as_ptr().cast();
+        // SAFETY: by the contract the eight numbers from there on are within `v`.
+        unsafe { &*first.add(vertex * 3 * WIDTH + at).cast() }
+    }
+
     /// The corners of one triangle.
     #[inline(always)]
     pub(crate) fn corners(&self, lane: usize) -> [[f32; 3]; 3] {
-        std::array::from_fn(|vertex| std::array::from_fn(|axis| self.v[vertex][axis][lane]))
+        let [a, b, c] = &self.v;
+        [[a[0][lane], a[1][lane], a[2][lane]], [b[0][lane], b[1][lane], b[2][lane]], [c[0][lane], c[1][lane], c[2][lane]]]
     }
 }
 

@@ -12,7 +12,7 @@ use crate::ray_space::RaySpace;
 /// The patch with corners at (0, 0), (1, 0), (0, 1) and (1, 1).
 pub(crate) fn roots(corners: &[Vec3; 4], ray: &RaySpace) -> Roots {
     let [p00, p10, p01, p11] = corners.map(|p| p.as_dvec3());
-    let (o, d) = (Vec3::from_array(ray.o).as_dvec3(), Vec3::from_array(ray.d).as_dvec3());
+    let (o, d) = (ray.origin(), ray.direction());
     let (a0, g, e) = (p00 - o, p10 - p00, p01 - p00);
     let f = (p11 - p01) - g;
 

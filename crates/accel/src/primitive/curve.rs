@@ -60,7 +60,7 @@ impl Curve {
     }
 
     pub(crate) fn roots(&self, piece: u32, ray: &RaySpace) -> Roots {
-        let (o, d) = (Vec3::from_array(ray.o).as_dvec3(), Vec3::from_array(ray.d).as_dvec3());
+        let (o, d) = (ray.origin(), ray.direction());
         let length = d.length();
         let z = d / length;
         let x = z.any_orthonormal_vector();

@@ -82,8 +82,7 @@ pub(crate) struct Line {
 impl Line {
     pub(crate) fn local(ray: &RaySpace, object_from_local: &Transform) -> Self {
         let m = object_from_local.inverse_matrix();
-        let wide = |v: [f32; 3]| Vec3::from_array(v).as_dvec3();
-        Self { o: m.transform_point3(wide(ray.o)), d: m.transform_vector3(wide(ray.d)) }
+        Self { o: m.transform_point3(ray.origin()), d: m.transform_vector3(ray.direction()) }
     }
 
     pub(crate) fn at(&self, t: f64) -> DVec3 {
@@ -118,6 +117,5 @@ pub(crate) fn round_outwards(b: &Bounds) -> Bounds {
 /// A ray for tests.
 #[cfg(test)]
 pub(crate) fn test_ray(o: [f32; 3], d: [f32; 3]) -> RaySpace {
-    let b = Bounds { min: Vec3::splat(-10.0), max: Vec3::splat(10.0) };
-    RaySpace::new(Vec3::from_array(o), Vec3::from_array(d), 0.0, &b).expect("a proper ray")
+    RaySpace::new(Vec3::from_array(o), Vec3::from_array(d), 0.0, 10.0).expect("a proper ray")
 }

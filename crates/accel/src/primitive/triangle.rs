@@ -7,7 +7,8 @@
 //!
 //! The kernels find candidates by edge functions in single precision, `U = fl(C_x B_y) − fl(C_y B_x)` without fusing.
 //! Rounding is monotone, so such a sign is right or the difference is zero; products of two `f32` are exact in `f64`,
-//! so here every sign is right. A triangle on the other side of an edge computes exactly the negative.
+//! so here every sign is right, where the kernels met a zero. A triangle on the other side of an edge computes exactly
+//! the negative.
 //!
 //! Departs from [Woop2013]: `t` is not interpolated from the sheared corners, which is off near the origin of the ray,
 //! but solved from the plane, and clamped into the interval of the triangle's box.
@@ -17,47 +18,85 @@ use crate::ray_space::RaySpace;
 /// `(t, u, v)` if the ray's line passes through the triangle. `entry` and `exit` are of the triangle's box.
 #[inline(always)]
 pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<(f32, f32, f32)> {
-    let [kx, ky, kz] = ray.k;
-    let sheared = |v: &[f32; 3]| {
-        let z = v[kz] - ray.o[kz];
-        let x = (v[kx] - ray.o[kx]) - ray.shear[0] * z;
-        let y = (v[ky] - ray.o[ky]) - ray.shear[1] * z;
-        [f64::from(x), f64::from(y), f64::from(z)]
-    };
-    let [a, b, c] = [sheared(&p[0]), sheared(&p[1]), sheared(&p[2])];
+    let e = Edges::new(ray, p)?;
+    let (height, along) = plane(ray, p);
+    let t = if along == 0.0 { e.height() / (e.det * f64::from(ray.d[ray.k[2] as usize])) } else { height / along };
+    let (u, v) = e.barycentrics();
+    Some((clamp(t, entry, exit), u, v))
+}
 
-    // Signed areas over the edges; each sign is exact.
-    let u = c[0] * b[1] - c[1] * b[0];
-    let v = a[0] * c[1] - a[1] * c[0];
-    let w = b[0] * a[1] - b[1] * a[0];
-    let det = u + v + w;
-    // No short circuits: which way round the corners are is a coin toss.
-    let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
-    if !inside | (det == 0.0) {
-        return None;
+/// The `t` of [`finish`] where edge functions in single precision, none of them zero, have told that the line passes
+/// through the triangle. (`None` cannot be.)
+#[inline(always)]
+pub(crate) fn distance(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<f32> {
+    let (height, along) = plane(ray, p);
+    if along == 0.0 {
+        return careful_distance(ray, p, entry, exit);
+    }
+    Some(clamp(height / along, entry, exit))
+}
+
+/// The `t` of [`finish`].
+#[cold]
+#[inline(never)]
+pub(crate) fn careful_distance(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<f32> {
+    finish(ray, p, entry, exit).map(|(t, _, _)| t)
+}
+
+/// The `(u, v)` of [`finish`] for a triangle that was hit.
+#[inline(always)]
+pub(crate) fn barycentrics(ray: &RaySpace, p: &[[f32; 3]; 3]) -> (f32, f32) {
+    Edges::new(ray, p).map_or((0.0, 0.0), |e| e.barycentrics())
+}
+
+/// Signed areas over the edges, opposite of each corner. Each sign is exact.
+struct Edges {
+    areas: [f64; 3],
+    det: f64,
+    /// Of the corners, along the ray.
+    z: [f64; 3],
+}
+
+impl Edges {
+    /// If the line passes through.
+    #[inline(always)]
+    fn new(ray: &RaySpace, p: &[[f32; 3]; 3]) -> Option<Self> {
+        let wide = |v: [f32; 3]| [f64::from(v[0]), f64::from(v[1]), f64::from(v[2])];
+        let a = wide(ray.sheared(&p[0]));
+        let b = wide(ray.sheared(&p[1]));
+        let c = wide(ray.sheared(&p[2]));
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let det = u + v + w;
+        // No short circuits: which way round the corners are is a coin toss.
+        let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
+        (inside & (det != 0.0)).then_some(Self { areas: [u, v, w], det, z: [a[2], b[2], c[2]] })
     }
 
-    let (height, along) = plane(ray, p);
-    let t = if along == 0.0 {
-        (u * a[2] + v * b[2] + w * c[2]) / (det * f64::from(ray.d[kz]))
-    } else {
-        height / along
-    };
-    let t = clamp(t, entry, exit);
-    Some((t, (v / det) as f32, (w / det) as f32))
+    #[inline(always)]
+    fn barycentrics(&self) -> (f32, f32) {
+        ((self.areas[1] / self.det) as f32, (self.areas[2] / self.det) as f32)
+    }
+
+    fn height(&self) -> f64 {
+        self.areas[0] * self.z[0] + self.areas[1] * self.z[1] + self.areas[2] * self.z[2]
+    }
 }
 
 /// Numerator and denominator of `t = N · (p₀ − o) / N · d`.
 #[inline(always)]
 fn plane(ray: &RaySpace, p: &[[f32; 3]; 3]) -> (f64, f64) {
-    let sub = |a: &[f32; 3], b: &[f32; 3]| -> [f64; 3] {
-        std::array::from_fn(|i| f64::from(a[i]) - f64::from(b[i]))
-    };
-    let (e1, e2, to_p) = (sub(&p[1], &p[0]), sub(&p[2], &p[0]), sub(&p[0], &ray.o));
-    let n = [e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]];
-    let along = n[0] * f64::from(ray.d[0]) + n[1] * f64::from(ray.d[1]) + n[2] * f64::from(ray.d[2]);
-    let height = n[0] * to_p[0] + n[1] * to_p[1] + n[2] * to_p[2];
-    (height, along)
+    let wide = |v: &[f32; 3]| (f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    let (ax, ay, az) = wide(&p[0]);
+    let (bx, by, bz) = wide(&p[1]);
+    let (cx, cy, cz) = wide(&p[2]);
+    let (bx, by, bz) = (bx - ax, by - ay, bz - az);
+    let (cx, cy, cz) = (cx - ax, cy - ay, cz - az);
+    let (nx, ny, nz) = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
+    let along = nx * f64::from(ray.d[0]) + ny * f64::from(ray.d[1]) + nz * f64::from(ray.d[2]);
+    let (px, py, pz) = (ax - f64::from(ray.o[0]), ay - f64::from(ray.o[1]), az - f64::from(ray.o[2]));
+    (nx * px + ny * py + nz * pz, along)
 }
 
 /// Into the interval of the box; the entry where `t` is not a number.
