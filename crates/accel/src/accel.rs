@@ -9,7 +9,7 @@ use crate::hit::{Best, Hit, NO_INSTANCE};
 use crate::instance::{Instance, Placed};
 use crate::isa::Isa;
 use crate::kernels;
-use crate::layout::{ChildRef, Node8, WideTree};
+use crate::layout::{ChildRef, Node, WideTree};
 use crate::ray_space;
 
 /// Entering an object costs many node visits, so each instance has a box of its own.
@@ -126,6 +126,7 @@ impl Accel {
         }
     }
 
+    #[inline(always)]
     fn hit(&self, best: &Best) -> Hit {
         if best.instance == NO_INSTANCE {
             return self.world.hit(best);
@@ -151,7 +152,7 @@ impl Accel {
         self.world.memory()
             + self.objects.iter().map(Blas::memory).sum::<usize>()
             + self.placed.len() * size_of::<Placed>()
-            + self.top.nodes.len() * size_of::<Node8>()
+            + self.top.nodes.len() * size_of::<Node>()
     }
 
     /// What it consists of.

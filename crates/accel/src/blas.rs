@@ -8,7 +8,8 @@ use crate::error::BuildError;
 use crate::geometry::{Geometry, Shape};
 use crate::hit::{Best, Hit};
 use crate::kernels::memory;
-use crate::layout::{ChildRef, FILTER_BIT, MAX_ITEMS, MixedLeaf, Node8, TriBlock, WIDTH, WideTree};
+use crate::numbering::Numbering;
+use crate::layout::{ChildRef, FILTER_BIT, MAX_ITEMS, MixedLeaf, Node, TriBlock, WIDTH, WideTree};
 use crate::ray_space;
 use crate::primitive::{self, Curve, MovingTriangle, PIECES, Primitive, triangle};
 
@@ -26,10 +27,7 @@ pub struct Blas {
     pub(crate) bounds: Bounds,
     /// See [`ray_space::reach`].
     pub(crate) reach: f32,
-    /// For each geometry, its first item.
-    first_items: Vec<u32>,
-    /// For each geometry, items per primitive.
-    strides: Vec<u32>,
+    numbering: Numbering,
     skipped: usize,
 }
 
@@ -102,8 +100,7 @@ impl Default for Blas {
             curves: Vec::new(),
             bounds: Bounds::EMPTY,
             reach: 0.0,
-            first_items: Vec::new(),
-            strides: Vec::new(),
+            numbering: Numbering::default(),
             skipped: 0,
         }
     }
@@ -167,13 +164,13 @@ impl Blas {
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => (1, 1),
                 Shape::Curves(curves) => (curves.len(), PIECES),
             };
-            self.first_items.push(total as u32);
-            self.strides.push(stride);
+            self.numbering.push(total as u32, stride);
             total += count * stride as usize;
             if total >= MAX_ITEMS {
                 return Err(BuildError::TooManyPrimitives(total));
             }
         }
+        self.numbering.finish(total as u32);
         Ok(total)
     }
 
@@ -184,7 +181,7 @@ impl Blas {
         index: u32,
         items: &mut Vec<Item>,
     ) -> Result<(), BuildError> {
-        let first = self.first_items[index as usize];
+        let first = self.numbering.first(index);
         let tag = if geometry.needs_filter { FILTER_BIT } else { 0 };
         let mut sink = Sink { others: &mut self.others, items, tag, geometry: index };
         match geometry.shape {
@@ -240,7 +237,7 @@ impl Blas {
         for (lane, item) in wanted.iter().flatten().enumerate() {
             let geometry = &geometries[item.geometry() as usize];
             let Shape::Mesh { positions, indices } = geometry.shape else { continue };
-            let face = indices[(item.id() - self.first_items[item.geometry() as usize]) as usize];
+            let face = indices[(item.id() - self.numbering.first(item.geometry())) as usize];
             for (corner, v) in block.v.iter_mut().zip(face) {
                 let p = positions[v as usize].to_array();
                 for (lanes, x) in corner.iter_mut().zip(p) {
@@ -253,11 +250,10 @@ impl Blas {
     }
 
     /// The hit that a candidate stands for.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn hit(&self, best: &Best) -> Hit {
-        let geometry = self.first_items.partition_point(|&first| first <= best.item) - 1;
-        let primitive = (best.item - self.first_items[geometry]) / self.strides[geometry];
-        Hit { t: best.t, u: best.u, v: best.v, instance: best.instance, geometry: geometry as u32, primitive }
+        let (geometry, primitive) = self.numbering.locate(best.item);
+        Hit { t: best.t, u: best.u, v: best.v, instance: best.instance, geometry, primitive }
     }
 
     /// The box around everything.
@@ -269,12 +265,12 @@ impl Blas {
     /// Bytes in memory.
     #[must_use]
     pub fn memory(&self) -> usize {
-        self.tree.nodes.len() * size_of::<Node8>()
+        self.tree.nodes.len() * size_of::<Node>()
             + self.blocks.len() * size_of::<TriBlock>()
             + self.mixed.len() * size_of::<MixedLeaf>()
             + self.others.iter().map(|o| size_of::<Other>() + o.primitive.heap()).sum::<usize>()
             + self.curves.len() * size_of::<Curve>()
-            + self.first_items.len() * 2 * size_of::<u32>()
+            + self.numbering.memory()
     }
 
     /// What it consists of.

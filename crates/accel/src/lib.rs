@@ -41,6 +41,7 @@ mod ray_space;
 mod build;
 mod kernels;
 mod layout;
+mod numbering;
 mod oracle;
 mod primitive;
 

@@ -47,7 +47,7 @@ impl Accel {
 fn every_candidate(blas: &Blas, ray: &RaySpace, offer: &mut dyn FnMut(u32, (f32, f32, f32))) {
     for block in &blas.blocks {
         for lane in (0..WIDTH).filter(|&i| !block.v[0][0][i].is_nan()) {
-            let p = block.corners(lane);
+            let p = block.v.map(|corner| corner.map(|lanes| lanes[lane]));
             let (entry, exit) = ray.slab(&p.iter().fold(Bounds::EMPTY, |b, &q| b.grow(q.into())));
             if entry <= exit
                 && let Some(hit) = triangle::finish(ray, &p, entry, exit)

@@ -53,20 +53,33 @@ pub(crate) fn reach(bounds: &Bounds) -> f32 {
 }
 
 impl RaySpace {
-    /// `None` if the ray is not finite, has no direction, or one so short or long that numbers overflow. `reach` is that
-    /// of the structure.
+    /// The ray in a structure of this `reach`. `None` if it is not finite, has no direction, or one so short or long that
+    /// numbers overflow.
     #[inline(always)]
     pub(crate) fn new(o: Vec3, d: Vec3, time: f32, reach: f32) -> Option<Self> {
-        let (o, d) = (o.extend(0.0), d.extend(1.0));
+        let span = Self::span(o, d, reach)?;
+        Some(Self::with_span(o, d, time, span))
+    }
+
+    /// A bound for all distances, if the ray is one that can be traced.
+    #[inline(always)]
+    pub(crate) fn span(o: Vec3, d: Vec3, reach: f32) -> Option<f32> {
         let (size, far) = (d.abs(), o.abs());
-        let [x, y, z, _] = size.to_array();
-        let fastest = max(max(x, y), z);
+        let fastest = max(max(size.x, size.y), size.z);
         // Sums, as they are not numbers if one term is none.
         let span = reach + (far.x + far.y + far.z);
-        if !(x + y + z <= 1e30 && fastest >= 1e-30 && fastest >= span * 1e-24) {
-            return None;
-        }
+        let good = (size.x + size.y + size.z <= 1e30) & (fastest >= 1e-30) & (fastest >= span * 1e-24);
+        good.then_some(span)
+    }
 
+    /// For a `span` of [`RaySpace::span`].
+    // Apart, so that what is returned is written where it stays.
+    #[inline(always)]
+    pub(crate) fn with_span(o: Vec3, d: Vec3, time: f32, span: f32) -> Self {
+        let (o, d) = (o.extend(0.0), d.extend(1.0));
+        let size = d.abs();
+        let [x, y, z, _] = size.to_array();
+        let fastest = max(max(x, y), z);
         let tiny = Vec4::splat(fastest * TINY);
         let zero = size.cmplt(tiny);
         let divisor = Vec4::select(zero, tiny, d);
@@ -83,7 +96,7 @@ impl RaySpace {
         let k = [next, 3 - next - fast, fast];
         let at = |a: &[f32; 4], i: u32| a[(i & 3) as usize];
         let per_unit = -at(&inv_of, k[2]);
-        Some(Self {
+        Self {
             o: o.to_array(),
             d,
             inv: inv_of,
@@ -93,7 +106,7 @@ impl RaySpace {
             k,
             shear: [at(&d, k[0]) * per_unit, at(&d, k[1]) * per_unit],
             time,
-        })
+        }
     }
 
     /// Entry and exit of a box, grown by the slack; it is met if `entry <= exit`. The same operations in the same order
@@ -118,12 +131,13 @@ impl RaySpace {
         Vec4::from_array(self.d).truncate().as_dvec3()
     }
 
-    /// A point sheared so that the ray becomes the axis `k[2]` from 0. The same operations as in the kernels.
+    /// A point, given along each axis of `k`, sheared so that the ray becomes the axis `k[2]` from 0. The same operations
+    /// as in the kernels.
     #[inline(always)]
-    pub(crate) fn sheared(&self, p: &[f32; 3]) -> [f32; 3] {
-        let [kx, ky, kz] = self.k.map(|k| k as usize);
-        let z = p[kz] - self.o[kz];
-        [z.mul_add(self.shear[0], p[kx] - self.o[kx]), z.mul_add(self.shear[1], p[ky] - self.o[ky]), z]
+    pub(crate) fn sheared(&self, x: f32, y: f32, z: f32) -> (f32, f32, f32) {
+        let o = |i: usize| self.o[(self.k[i] & 3) as usize];
+        let z = z - o(2);
+        (z.mul_add(self.shear[0], x - o(0)), z.mul_add(self.shear[1], y - o(1)), z)
     }
 }
 

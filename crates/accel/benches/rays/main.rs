@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cargo bench -p steradian-accel --bench rays -- [SCENE] [--embree libembree4.so] [--rays N] [--rounds N] [--isa NAME] [--csv FILE]
+//!     [--only KERNEL] [--set RAYS]
 //! ```
 //!
 //! `SCENE` is a PLY file, or a folder with `models/*.ply` and a pbrt file whose camera is taken; without it a furnished
@@ -27,12 +28,25 @@ struct Options {
     embree: Option<String>,
     csv: Option<String>,
     isa: Option<Isa>,
+    /// Only the kernels whose name contains this.
+    only: Option<String>,
+    /// Only the rays whose name contains this.
+    set: Option<String>,
     rays: usize,
     rounds: usize,
 }
 
 fn options() -> Options {
-    let mut o = Options { scene: None, embree: None, csv: None, isa: None, rays: 1 << 18, rounds: 5 };
+    let mut o = Options {
+        scene: None,
+        embree: None,
+        csv: None,
+        isa: None,
+        only: None,
+        set: None,
+        rays: 1 << 18,
+        rounds: 5,
+    };
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().unwrap_or_default();
@@ -40,6 +54,8 @@ fn options() -> Options {
             "--embree" => o.embree = Some(value()),
             "--csv" => o.csv = Some(value()),
             "--isa" => o.isa = Isa::from_name(&value()),
+            "--only" => o.only = Some(value()),
+            "--set" => o.set = Some(value()),
             "--rays" => o.rays = value().parse().expect("a number"),
             "--rounds" => o.rounds = value().parse().expect("a number"),
             "--bench" => {}
@@ -154,12 +170,14 @@ fn main() {
     }
     let reference = Accel::from_static(build(&scene, TreeKind::default()));
     tracers.extend(variants(&scene, reference.world()));
-    let sets = workload::rays(&scene, &reference, options.rays);
+    let mut sets = workload::rays(&scene, &reference, options.rays);
+    sets.retain(|s| options.set.as_ref().is_none_or(|name| s.name.contains(name.as_str())));
     if let Some(path) = &options.embree {
         for (label, flags) in [("embree", 0), ("embree robust", 4)] {
             tracers.push(Box::new(embree::Embree::new(path, label, flags, &scene.meshes)));
         }
     }
+    tracers.retain(|t| options.only.as_ref().is_none_or(|name| t.name().contains(name.as_str())));
     report(&options, name, &sets, &mut tracers);
 }
 

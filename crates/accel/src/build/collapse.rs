@@ -1,8 +1,8 @@
-//! The cheapest 8-wide tree that a binary tree can be collapsed to, by dynamic programming [Ylitie2017].
+//! The cheapest wide tree that a binary tree can be collapsed to, by dynamic programming [Ylitie2017].
 //!
 //! `C(n, i)` is the least cost of the subtree `n` as a forest of at most `i` roots:
 //!
-//! - `C(n, 1) = min(leaf, A(n) + min_k C(left, k) + C(right, 8 − k))`
+//! - `C(n, 1) = min(leaf, A(n) + min_k C(left, k) + C(right, W − k))`
 //! - `C(n, i) = min(C(n, i − 1), min_k C(left, k) + C(right, i − k))`
 //!
 //! with the area `A(n)` in place of the chance of a visit.
@@ -10,7 +10,7 @@
 use super::LeafCost;
 use super::binary::{BinaryNode, Box4, Item, children};
 use crate::kernels::memory;
-use crate::layout::{ChildRef, Node8, WIDTH, WideTree};
+use crate::layout::{ChildRef, Node, NODE, WideTree};
 
 /// Smaller subtrees are not worth a task.
 const TASK: usize = 4096;
@@ -19,10 +19,10 @@ const TASK: usize = 4096;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
     /// `C(n, i + 1)`.
-    cost: [f32; WIDTH - 1],
-    /// Roots given to the left child when there are `i + 1`; 0: use one fewer. Entry 0: 0 means a leaf. Entry 7: the
+    cost: [f32; NODE - 1],
+    /// Roots given to the left child when there are `i + 1`; 0: use one fewer. Entry 0: 0 means a leaf. Last entry: the
     /// children of a node here.
-    left: [u8; WIDTH],
+    left: [u8; NODE],
 }
 
 impl Plan {
@@ -34,7 +34,7 @@ impl Plan {
 
 /// The best plans for all subtrees.
 pub(crate) fn plan(nodes: &[BinaryNode], cost: &LeafCost) -> Vec<Plan> {
-    let mut plans = vec![Plan { cost: [0.0; WIDTH - 1], left: [0; WIDTH] }; nodes.len()];
+    let mut plans = vec![Plan { cost: [0.0; NODE - 1], left: [0; NODE] }; nodes.len()];
     fill(nodes, &mut plans, cost);
     plans
 }
@@ -43,7 +43,7 @@ fn fill(nodes: &[BinaryNode], plans: &mut [Plan], cost: &LeafCost) {
     let (area, count) = (nodes[0].bounds.half_area(), nodes[0].count as usize);
     let leaf = area * (cost.fixed + cost.per_item * count as f32);
     if count == 1 {
-        plans[0].cost = [leaf; WIDTH - 1];
+        plans[0].cost = [leaf; NODE - 1];
         return;
     }
     let (_, right) = children(nodes);
@@ -58,8 +58,8 @@ fn fill(nodes: &[BinaryNode], plans: &mut [Plan], cost: &LeafCost) {
     here[0] = combine(&l[0].cost, &r[0].cost, area, (count <= cost.max_items).then_some(leaf));
 }
 
-fn combine(l: &[f32; WIDTH - 1], r: &[f32; WIDTH - 1], area: f32, leaf: Option<f32>) -> Plan {
-    let mut plan = Plan { cost: [0.0; WIDTH - 1], left: [0; WIDTH] };
+fn combine(l: &[f32; NODE - 1], r: &[f32; NODE - 1], area: f32, leaf: Option<f32>) -> Plan {
+    let mut plan = Plan { cost: [0.0; NODE - 1], left: [0; NODE] };
     let distribute = |roots: usize| {
         let mut best = (f32::INFINITY, 1);
         for k in 1..roots {
@@ -70,8 +70,8 @@ fn combine(l: &[f32; WIDTH - 1], r: &[f32; WIDTH - 1], area: f32, leaf: Option<f
         }
         best
     };
-    let (below, k) = distribute(WIDTH);
-    plan.left[WIDTH - 1] = k;
+    let (below, k) = distribute(NODE);
+    plan.left[NODE - 1] = k;
     plan.cost[0] = area + below;
     plan.left[0] = 1;
     if let Some(leaf) = leaf
@@ -80,7 +80,7 @@ fn combine(l: &[f32; WIDTH - 1], r: &[f32; WIDTH - 1], area: f32, leaf: Option<f
         plan.cost[0] = leaf;
         plan.left[0] = 0;
     }
-    for i in 2..WIDTH {
+    for i in 2..NODE {
         let (c, k) = distribute(i);
         (plan.cost[i - 1], plan.left[i - 1]) =
             if c < plan.cost[i - 2] { (c, k) } else { (plan.cost[i - 2], 0) };
@@ -113,10 +113,10 @@ impl Reader<'_> {
 
     /// The children of the wide node at `s`.
     fn wide_children(&self, s: Sub, out: &mut Vec<Sub>) {
-        let k = usize::from(self.plans[s.node].left[WIDTH - 1]);
+        let k = usize::from(self.plans[s.node].left[NODE - 1]);
         let (l, r) = self.halves(s);
         self.roots(l, k, out);
-        self.roots(r, WIDTH - k, out);
+        self.roots(r, NODE - k, out);
     }
 
     fn roots(&self, s: Sub, mut n: usize, out: &mut Vec<Sub>) {
@@ -183,7 +183,7 @@ struct Writer<'a> {
     reader: Reader<'a>,
     items: &'a [Item],
     leaf: &'a mut dyn FnMut(&[Item]) -> ChildRef,
-    out: Vec<Node8>,
+    out: Vec<Node>,
 }
 
 impl Writer<'_> {
@@ -192,13 +192,13 @@ impl Writer<'_> {
             let count = self.reader.nodes[s.node].count as usize;
             return (self.leaf)(&self.items[s.first..s.first + count]);
         }
-        let mut below = Vec::with_capacity(WIDTH);
+        let mut below = Vec::with_capacity(NODE);
         self.reader.wide_children(s, &mut below);
         let area = |c: &Sub| self.reader.nodes[c.node].bounds.half_area();
         below.sort_by(|a, b| area(a).total_cmp(&area(b)));
 
         let at = self.out.len();
-        self.out.push(Node8::EMPTY);
+        self.out.push(Node::EMPTY);
         for (lane, &child) in below.iter().enumerate() {
             let Box4 { min, max } = self.reader.nodes[child.node].bounds;
             let reference = self.write(child);
@@ -242,7 +242,7 @@ mod tests {
         while let Some((r, within)) = stack.pop() {
             if r.is_node() {
                 let node = &tree.nodes[r.index()];
-                for lane in (0..WIDTH).filter(|&l| node.children[l] != ChildRef::EMPTY) {
+                for lane in (0..NODE).filter(|&l| node.children[l] != ChildRef::EMPTY) {
                     let at = |i: usize| Vec3::from_array(std::array::from_fn(|a| node.planes[a][i][lane]));
                     let b = Bounds { min: at(0), max: at(1) };
                     assert!(b.min.cmpge(within.min).all() && b.max.cmple(within.max).all());

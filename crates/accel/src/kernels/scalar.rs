@@ -2,14 +2,15 @@
 
 use math::Ray;
 
-use super::lanes::Lanes;
+use super::lanes::{Kernel, Lanes, Pair};
 use super::traverse;
 use crate::accel::Accel;
 use crate::hit::{Best, Hit};
+use crate::layout::WIDTH;
 use crate::ray_space;
 
 #[derive(Clone, Copy)]
-struct Plain([f32; 8]);
+pub(super) struct Plain([f32; 8]);
 
 impl Plain {
     #[inline(always)]
@@ -18,7 +19,7 @@ impl Plain {
     }
 }
 
-impl Lanes for Plain {
+impl Lanes<WIDTH> for Plain {
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -52,13 +53,17 @@ impl Lanes for Plain {
         self.zip(b, ray_space::max)
     }
     #[inline(always)]
-    fn or_if_negative(self, other: Self, sign: Self) -> Self {
-        Self(std::array::from_fn(|i| if sign.0[i].is_sign_negative() { other.0[i] } else { self.0[i] }))
-    }
-    #[inline(always)]
     fn le(self, b: Self) -> u32 {
         (0..8).fold(0, |m, i| m | (u32::from(self.0[i] <= b.0[i]) << i))
     }
+}
+
+/// Plain loops.
+pub(super) struct Scalar;
+
+impl Kernel for Scalar {
+    type Node = Pair<Plain>;
+    type Block = Plain;
 }
 
 pub(super) fn trace<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
@@ -66,7 +71,7 @@ where
     F: FnMut(&Hit) -> bool,
 {
     if accel.placed.is_empty() {
-        return traverse::trace::<Plain, ANY, false, F>(accel, ray, filter);
+        return traverse::trace::<Scalar, ANY, false, F>(accel, ray, filter);
     }
-    traverse::trace::<Plain, ANY, true, F>(accel, ray, filter)
+    traverse::trace::<Scalar, ANY, true, F>(accel, ray, filter)
 }

@@ -3,12 +3,12 @@
 
 use std::mem::MaybeUninit;
 
-use crate::layout::{ChildRef, Node8, WIDTH};
+use crate::layout::{ChildRef, Node, NODE};
 
 /// Wide nodes on a way down that the stack has room for.
 pub(crate) const MAX_DEPTH: usize = 64;
 /// Keys that it has room for.
-pub(super) const STACK: usize = MAX_DEPTH * (WIDTH - 1) + WIDTH + 1;
+pub(super) const STACK: usize = MAX_DEPTH * (NODE - 1) + NODE + 1;
 
 /// A stack of keys: the entry distance in the upper half, the child in the lower.
 pub(super) struct Stack<'a> {
@@ -72,14 +72,14 @@ impl Stack<'_> {
 
 /// Of the children in `mask`: the distance in the upper half, the child in the lower.
 #[inline(always)]
-fn key(lane: u32, entries: &[f32; WIDTH], node: &Node8) -> u64 {
-    let lane = lane as usize & (WIDTH - 1);
+fn key(lane: u32, entries: &[f32; NODE], node: &Node) -> u64 {
+    let lane = lane as usize & (NODE - 1);
     u64::from(entries[lane].to_bits()) << 32 | u64::from(node.children[lane].0)
 }
 
 /// The biggest of the children that were met; the others go onto the stack. `None` if there are none.
 #[inline(always)]
-pub(super) fn biggest_first(mut mask: u32, node: &Node8, stack: &mut Stack<'_>) -> Option<ChildRef> {
+pub(super) fn biggest_first(mut mask: u32, node: &Node, stack: &mut Stack<'_>) -> Option<ChildRef> {
     if mask == 0 {
         return None;
     }
@@ -87,18 +87,18 @@ pub(super) fn biggest_first(mut mask: u32, node: &Node8, stack: &mut Stack<'_>) 
     let last = 31 - mask.leading_zeros();
     mask ^= 1 << last;
     while mask != 0 {
-        stack.push(u64::from(node.children[mask.trailing_zeros() as usize & (WIDTH - 1)].0));
+        stack.push(u64::from(node.children[mask.trailing_zeros() as usize & (NODE - 1)].0));
         mask &= mask - 1;
     }
-    Some(node.children[last as usize & (WIDTH - 1)])
+    Some(node.children[last as usize & (NODE - 1)])
 }
 
 /// The nearest of the children that were met; the others go onto the stack, farthest first. `None` if there are none.
 #[inline(always)]
 pub(super) fn nearest_first(
     mask: u32,
-    entries: &[f32; WIDTH],
-    node: &Node8,
+    entries: &[f32; NODE],
+    node: &Node,
     stack: &mut Stack<'_>,
 ) -> Option<ChildRef> {
     if mask == 0 {
@@ -107,7 +107,7 @@ pub(super) fn nearest_first(
     let first = mask.trailing_zeros();
     let mask = mask & (mask - 1);
     if mask == 0 {
-        return Some(node.children[first as usize & (WIDTH - 1)]);
+        return Some(node.children[first as usize & (NODE - 1)]);
     }
     let (a, b) = (key(first, entries, node), key(mask.trailing_zeros(), entries, node));
     let (near, far) = if a < b { (a, b) } else { (b, a) };

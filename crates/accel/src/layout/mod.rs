@@ -2,12 +2,16 @@
 //!
 //! | record     | bytes | holds |
 //! |------------|------:|-------|
-//! | [`Node8`]  |   256 | eight boxes in full precision, by axis, and eight [`ChildRef`]s |
+//! | [`Node`]   |   448 | sixteen boxes in full precision, by axis, and sixteen [`ChildRef`]s |
 //! | [`TriBlock`] | 320 | up to eight triangles, by coordinate, and their item numbers |
 //! | [`MixedLeaf`] | 12 | a block and a range of other primitives |
 #![allow(unsafe_code, reason = "places without checks; see each SAFETY note")]
 
-/// Children of a node, triangles of a block.
+use crate::primitive::Corners;
+
+/// Children of a node.
+pub(crate) const NODE: usize = 16;
+/// Triangles of a block.
 pub(crate) const WIDTH: usize = 8;
 /// Item numbers and references have 30 bits.
 pub(crate) const MAX_ITEMS: usize = 1 << 30;
@@ -57,35 +61,35 @@ impl ChildRef {
 /// An inner node. An unused slot has an empty box, which no ray meets.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(crate) struct Node8 {
+pub(crate) struct Node {
     /// `planes[axis][0]` the lower, `planes[axis][1]` the upper, one lane per child.
-    pub(crate) planes: [[[f32; WIDTH]; 2]; 3],
+    pub(crate) planes: [[[f32; NODE]; 2]; 3],
     /// Biggest box last, so that it is the first off the stack when any hit will do.
-    pub(crate) children: [ChildRef; WIDTH],
+    pub(crate) children: [ChildRef; NODE],
 }
 
-impl Node8 {
+impl Node {
     /// The place of the lower (0) or upper (1) planes of an axis.
     #[inline(always)]
     pub(crate) fn plane_at(axis: usize, upper: usize) -> usize {
-        (2 * axis + upper) * WIDTH
+        (2 * axis + upper) * NODE
     }
 
     /// One plane of each child.
     ///
     /// # Safety
     ///
-    /// `at` is one of [`Node8::plane_at`].
+    /// `at` is one of [`Node::plane_at`].
     #[inline(always)]
-    pub(crate) unsafe fn plane(&self, at: usize) -> &[f32; WIDTH] {
+    pub(crate) unsafe fn plane(&self, at: usize) -> &[f32; NODE] {
         let first: *const f32 = self.planes.as_ptr().cast();
         // SAFETY: by the contract the eight numbers from `at` on are within `planes`.
         unsafe { &*first.add(at).cast() }
     }
 
     pub(crate) const EMPTY: Self = Self {
-        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
-        children: [ChildRef::EMPTY; WIDTH],
+        planes: [[[f32::INFINITY; NODE], [f32::NEG_INFINITY; NODE]]; 3],
+        children: [ChildRef::EMPTY; NODE],
     };
 }
 
@@ -119,12 +123,16 @@ impl TriBlock {
         // SAFETY: by the contract the eight numbers from there on are within `v`.
         unsafe { &*first.add(vertex * 3 * WIDTH + at).cast() }
     }
+}
 
-    /// The corners of one triangle.
+/// One triangle of a block. The lane is below [`WIDTH`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane<'a>(pub(crate) &'a TriBlock, pub(crate) usize);
+
+impl Corners for Lane<'_> {
     #[inline(always)]
-    pub(crate) fn corners(&self, lane: usize) -> [[f32; 3]; 3] {
-        let [a, b, c] = &self.v;
-        [[a[0][lane], a[1][lane], a[2][lane]], [b[0][lane], b[1][lane], b[2][lane]], [c[0][lane], c[1][lane], c[2][lane]]]
+    fn coordinate(self, vertex: usize, axis: usize) -> f32 {
+        self.0.v[vertex][axis][self.1 & (WIDTH - 1)]
     }
 }
 
@@ -139,10 +147,10 @@ pub(crate) struct MixedLeaf {
     pub(crate) count: u32,
 }
 
-/// A tree of [`Node8`] whose leaves mean what their owner says.
+/// A tree of [`Node`] whose leaves mean what their owner says.
 #[derive(Clone, Debug)]
 pub(crate) struct WideTree {
-    pub(crate) nodes: Vec<Node8>,
+    pub(crate) nodes: Vec<Node>,
     pub(crate) root: ChildRef,
     /// Expected cost of a random ray (in node visits), by the surface area heuristic.
     pub(crate) cost: f32,
@@ -154,7 +162,7 @@ mod tests {
 
     #[test]
     fn records_have_the_sizes_of_the_table() {
-        assert_eq!(size_of::<Node8>(), 256);
+        assert_eq!(size_of::<Node>(), 448);
         assert_eq!(size_of::<TriBlock>(), 320);
         assert_eq!(size_of::<MixedLeaf>(), 12);
     }

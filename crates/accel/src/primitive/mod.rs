@@ -20,6 +20,7 @@ pub use sphere::Sphere;
 pub(crate) use bilinear::{bounds as patch_bounds, is_degenerate as patch_is_degenerate};
 pub(crate) use curve::PIECES;
 pub(crate) use moving::MovingTriangle;
+pub(crate) use triangle::Corners;
 
 /// A point where the ray's line meets a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,10 +15,26 @@
 
 use crate::ray_space::RaySpace;
 
+/// The corners of a triangle, wherever they are.
+pub(crate) trait Corners: Copy {
+    /// One coordinate; both numbers are below 3.
+    fn coordinate(self, vertex: usize, axis: usize) -> f32;
+}
+
+impl Corners for &[[f32; 3]; 3] {
+    #[inline(always)]
+    fn coordinate(self, vertex: usize, axis: usize) -> f32 {
+        self[vertex][axis]
+    }
+}
+
 /// `(t, u, v)` if the ray's line passes through the triangle. `entry` and `exit` are of the triangle's box.
 #[inline(always)]
-pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<(f32, f32, f32)> {
-    let e = Edges::new(ray, p)?;
+pub(crate) fn finish(ray: &RaySpace, p: impl Corners, entry: f32, exit: f32) -> Option<(f32, f32, f32)> {
+    let e = Edges::new(ray, p);
+    if !e.inside {
+        return None;
+    }
     let (height, along) = plane(ray, p);
     let t = if along == 0.0 { e.height() / (e.det * f64::from(ray.d[ray.k[2] as usize])) } else { height / along };
     let (u, v) = e.barycentrics();
@@ -26,27 +42,17 @@ pub(crate) fn finish(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -
 }
 
 /// The `t` of [`finish`] where edge functions in single precision, none of them zero, have told that the line passes
-/// through the triangle. (`None` cannot be.)
+/// through the triangle; `None` where this takes a closer look.
 #[inline(always)]
-pub(crate) fn distance(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<f32> {
+pub(crate) fn distance(ray: &RaySpace, p: impl Corners, entry: f32, exit: f32) -> Option<f32> {
     let (height, along) = plane(ray, p);
-    if along == 0.0 {
-        return careful_distance(ray, p, entry, exit);
-    }
-    Some(clamp(height / along, entry, exit))
-}
-
-/// The `t` of [`finish`].
-#[cold]
-#[inline(never)]
-pub(crate) fn careful_distance(ray: &RaySpace, p: &[[f32; 3]; 3], entry: f32, exit: f32) -> Option<f32> {
-    finish(ray, p, entry, exit).map(|(t, _, _)| t)
+    (along != 0.0).then(|| clamp(height / along, entry, exit))
 }
 
 /// The `(u, v)` of [`finish`] for a triangle that was hit.
 #[inline(always)]
-pub(crate) fn barycentrics(ray: &RaySpace, p: &[[f32; 3]; 3]) -> (f32, f32) {
-    Edges::new(ray, p).map_or((0.0, 0.0), |e| e.barycentrics())
+pub(crate) fn barycentrics(ray: &RaySpace, p: impl Corners) -> (f32, f32) {
+    Edges::new(ray, p).barycentrics()
 }
 
 /// Signed areas over the edges, opposite of each corner. Each sign is exact.
@@ -55,23 +61,26 @@ struct Edges {
     det: f64,
     /// Of the corners, along the ray.
     z: [f64; 3],
+    /// Does the line pass through?
+    inside: bool,
 }
 
 impl Edges {
-    /// If the line passes through.
     #[inline(always)]
-    fn new(ray: &RaySpace, p: &[[f32; 3]; 3]) -> Option<Self> {
-        let wide = |v: [f32; 3]| [f64::from(v[0]), f64::from(v[1]), f64::from(v[2])];
-        let a = wide(ray.sheared(&p[0]));
-        let b = wide(ray.sheared(&p[1]));
-        let c = wide(ray.sheared(&p[2]));
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
+    fn new(ray: &RaySpace, p: impl Corners) -> Self {
+        let (kx, ky, kz) = ((ray.k[0] & 3) as usize, (ray.k[1] & 3) as usize, (ray.k[2] & 3) as usize);
+        let sheared = |i: usize| {
+            let (x, y, z) = ray.sheared(p.coordinate(i, kx), p.coordinate(i, ky), p.coordinate(i, kz));
+            (f64::from(x), f64::from(y), f64::from(z))
+        };
+        let (a, b, c) = (sheared(0), sheared(1), sheared(2));
+        let u = c.0 * b.1 - c.1 * b.0;
+        let v = a.0 * c.1 - a.1 * c.0;
+        let w = b.0 * a.1 - b.1 * a.0;
         let det = u + v + w;
         // No short circuits: which way round the corners are is a coin toss.
-        let inside = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
-        (inside & (det != 0.0)).then_some(Self { areas: [u, v, w], det, z: [a[2], b[2], c[2]] })
+        let around = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0));
+        Self { areas: [u, v, w], det, z: [a.2, b.2, c.2], inside: around & (det != 0.0) }
     }
 
     #[inline(always)]
@@ -86,13 +95,11 @@ impl Edges {
 
 /// Numerator and denominator of `t = N · (p₀ − o) / N · d`.
 #[inline(always)]
-fn plane(ray: &RaySpace, p: &[[f32; 3]; 3]) -> (f64, f64) {
-    let wide = |v: &[f32; 3]| (f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    let (ax, ay, az) = wide(&p[0]);
-    let (bx, by, bz) = wide(&p[1]);
-    let (cx, cy, cz) = wide(&p[2]);
-    let (bx, by, bz) = (bx - ax, by - ay, bz - az);
-    let (cx, cy, cz) = (cx - ax, cy - ay, cz - az);
+fn plane(ray: &RaySpace, p: impl Corners) -> (f64, f64) {
+    let wide = |i: usize, axis: usize| f64::from(p.coordinate(i, axis));
+    let (ax, ay, az) = (wide(0, 0), wide(0, 1), wide(0, 2));
+    let (bx, by, bz) = (wide(1, 0) - ax, wide(1, 1) - ay, wide(1, 2) - az);
+    let (cx, cy, cz) = (wide(2, 0) - ax, wide(2, 1) - ay, wide(2, 2) - az);
     let (nx, ny, nz) = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
     let along = nx * f64::from(ray.d[0]) + ny * f64::from(ray.d[1]) + nz * f64::from(ray.d[2]);
     let (px, py, pz) = (ax - f64::from(ray.o[0]), ay - f64::from(ray.o[1]), az - f64::from(ray.o[2]));
