@@ -97,14 +97,13 @@ impl Accel {
     /// and perhaps in vain; it must depend on nothing but the hit. Pass [`accept_all`](crate::accept_all) for none.
     #[inline]
     pub fn intersect(&self, ray: &Ray, filter: &mut impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        let best = kernels::trace::<false, _>(self, ray, filter);
-        best.found.then(|| self.hit(&best))
+        kernels::nearest(self, ray, filter)
     }
 
     /// Is there a hit with `0 < t < ray.t_max`? `filter` as for [`Accel::intersect`].
     #[inline]
     pub fn occluded(&self, ray: &Ray, filter: &mut impl FnMut(&Hit) -> bool) -> bool {
-        kernels::trace::<true, _>(self, ray, filter).found
+        kernels::any(self, ray, filter)
     }
 
     /// [`Accel::intersect`] for each ray.
@@ -127,7 +126,7 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn hit(&self, best: &Best) -> Hit {
+    pub(crate) fn hit(&self, best: &Best) -> Hit {
         if best.instance == NO_INSTANCE {
             return self.world.hit(best);
         }

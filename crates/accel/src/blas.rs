@@ -8,10 +8,10 @@ use crate::error::BuildError;
 use crate::geometry::{Geometry, Shape};
 use crate::hit::{Best, Hit};
 use crate::kernels::memory;
-use crate::numbering::Numbering;
 use crate::layout::{ChildRef, FILTER_BIT, MAX_ITEMS, MixedLeaf, Node, TriBlock, WIDTH, WideTree};
-use crate::ray_space;
+use crate::numbering::Numbering;
 use crate::primitive::{self, Curve, MovingTriangle, PIECES, Primitive, triangle};
+use crate::ray_space;
 
 /// A leaf of eight triangles costs about a node visit; from 0.7 to 2.0 the speed is the same within noise.
 const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.0, per_item: 0.0 };

@@ -4,7 +4,7 @@ use math::{Bounds, Ray};
 
 use crate::accel::Accel;
 use crate::blas::Blas;
-use crate::hit::{Best, Hit, NOWHERE, NO_INSTANCE};
+use crate::hit::{Best, Hit, NO_INSTANCE, NOWHERE};
 use crate::layout::{FILTER_BIT, WIDTH};
 use crate::primitive::triangle;
 use crate::ray_space::RaySpace;

@@ -45,6 +45,8 @@ pub(crate) struct RaySpace {
     /// What is added for each unit along `k[2]`, so that the direction becomes that axis.
     pub(crate) shear: [f32; 2],
     pub(crate) time: f32,
+    /// Can it be traced? Not if it is not finite, has no direction, or one so short or long that numbers overflow.
+    pub(crate) valid: bool,
 }
 
 /// The largest coordinate of a structure, in absolute value; 0 if there is nothing in it.
@@ -53,33 +55,25 @@ pub(crate) fn reach(bounds: &Bounds) -> f32 {
 }
 
 impl RaySpace {
-    /// The ray in a structure of this `reach`. `None` if it is not finite, has no direction, or one so short or long that
-    /// numbers overflow.
+    /// The ray in a structure of this `reach`. `None` if it cannot be traced.
     #[inline(always)]
     pub(crate) fn new(o: Vec3, d: Vec3, time: f32, reach: f32) -> Option<Self> {
-        let span = Self::span(o, d, reach)?;
-        Some(Self::with_span(o, d, time, span))
+        let ray = Self::unchecked(o, d, time, reach);
+        ray.valid.then_some(ray)
     }
 
-    /// A bound for all distances, if the ray is one that can be traced.
+    /// The ray in a structure of this `reach`, of which only `valid` means something if it cannot be traced.
+    // Not an option, so that it is written where it stays.
     #[inline(always)]
-    pub(crate) fn span(o: Vec3, d: Vec3, reach: f32) -> Option<f32> {
-        let (size, far) = (d.abs(), o.abs());
-        let fastest = max(max(size.x, size.y), size.z);
-        // Sums, as they are not numbers if one term is none.
-        let span = reach + (far.x + far.y + far.z);
-        let good = (size.x + size.y + size.z <= 1e30) & (fastest >= 1e-30) & (fastest >= span * 1e-24);
-        good.then_some(span)
-    }
-
-    /// For a `span` of [`RaySpace::span`].
-    // Apart, so that what is returned is written where it stays.
-    #[inline(always)]
-    pub(crate) fn with_span(o: Vec3, d: Vec3, time: f32, span: f32) -> Self {
+    pub(crate) fn unchecked(o: Vec3, d: Vec3, time: f32, reach: f32) -> Self {
         let (o, d) = (o.extend(0.0), d.extend(1.0));
-        let size = d.abs();
+        let (size, far) = (d.abs(), o.abs());
         let [x, y, z, _] = size.to_array();
         let fastest = max(max(x, y), z);
+        // Sums, as they are not numbers if one term is none.
+        let span = reach + (far.x + far.y + far.z);
+        let valid = (x + y + z <= 1e30) & (fastest >= 1e-30) & (fastest >= span * 1e-24);
+
         let tiny = Vec4::splat(fastest * TINY);
         let zero = size.cmplt(tiny);
         let divisor = Vec4::select(zero, tiny, d);
@@ -106,6 +100,7 @@ impl RaySpace {
             k,
             shear: [at(&d, k[0]) * per_unit, at(&d, k[1]) * per_unit],
             time,
+            valid,
         }
     }
 
@@ -166,7 +161,10 @@ mod tests {
         for y in [0.0, 1.0] {
             let ray = RaySpace::new(Vec3::new(-1.0, y, 0.5), Vec3::X, 0.0, 1.0).unwrap();
             let (entry, exit) = ray.slab(&unit_box());
-            assert!((0.9999..=1.0).contains(&entry) && (2.0..2.0001).contains(&exit), "y = {y}: {entry} {exit}");
+            assert!(
+                (0.9999..=1.0).contains(&entry) && (2.0..2.0001).contains(&exit),
+                "y = {y}: {entry} {exit}"
+            );
         }
         let ray = RaySpace::new(Vec3::new(-1.0, 1.1, 0.5), Vec3::X, 0.0, 1.0).unwrap();
         let (entry, exit) = ray.slab(&unit_box());
@@ -185,7 +183,8 @@ mod tests {
         let outer = Bounds { min: Vec3::splat(-0.1), max: Vec3::splat(1.3) };
         for i in 0..1000_u64 {
             let r = |j: u64| math::hash::unit_f32(math::hash::mix64(i * 16 + j) as u32) * 4.0 - 2.0;
-            let ray = RaySpace::new(Vec3::new(r(0), r(1), r(2)), Vec3::new(r(3), r(4), r(5)), 0.0, reach(&outer));
+            let ray =
+                RaySpace::new(Vec3::new(r(0), r(1), r(2)), Vec3::new(r(3), r(4), r(5)), 0.0, reach(&outer));
             let ray = ray.unwrap();
             let ((a, b), (c, d)) = (ray.slab(&outer), ray.slab(&unit_box()));
             assert!(a <= c && d <= b);

@@ -171,7 +171,10 @@ fn main() {
     let reference = Accel::from_static(build(&scene, TreeKind::default()));
     tracers.extend(variants(&scene, reference.world()));
     let mut sets = workload::rays(&scene, &reference, options.rays);
-    sets.retain(|s| options.set.as_ref().is_none_or(|name| s.name.contains(name.as_str())));
+    sets.retain(|s| match &options.set {
+        Some(name) => s.name.contains(name.as_str()),
+        None => !s.name.starts_with("same") && !s.name.starts_with("none"),
+    });
     if let Some(path) = &options.embree {
         for (label, flags) in [("embree", 0), ("embree robust", 4)] {
             tracers.push(Box::new(embree::Embree::new(path, label, flags, &scene.meshes)));

@@ -10,7 +10,7 @@
 use super::LeafCost;
 use super::binary::{BinaryNode, Box4, Item, children};
 use crate::kernels::memory;
-use crate::layout::{ChildRef, Node, NODE, WideTree};
+use crate::layout::{ChildRef, NODE, Node, WideTree};
 
 /// Smaller subtrees are not worth a task.
 const TASK: usize = 4096;

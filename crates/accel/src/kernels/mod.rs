@@ -1,8 +1,9 @@
 //! The traversal kernels: all SIMD and all `unsafe` of the crate, one door for each.
 //!
-//! One source ([`traverse`]) over a trait of eight lanes ([`lanes::Lanes`]); [`scalar`] runs it on plain loops, the
-//! others on registers. Nothing is fused and every minimum is the processor's, so that all give the same bits.
+//! One source ([`traverse`]) over a trait of lanes ([`lanes::Lanes`]); [`scalar`] runs it on plain loops, the
+//! others on registers. The same operations are fused and every minimum is the processor's, so that all give the same bits.
 
+mod boxes;
 mod lanes;
 pub(crate) mod memory;
 mod scalar;
@@ -14,7 +15,7 @@ mod x86;
 use math::Ray;
 
 use crate::accel::Accel;
-use crate::hit::{Best, Hit};
+use crate::hit::Hit;
 use crate::isa::Isa;
 
 pub(crate) use stack::MAX_DEPTH;
@@ -32,19 +33,30 @@ pub(crate) fn is_available(isa: Isa) -> bool {
     }
 }
 
-/// The nearest hit, or any if `ANY`. The kernel must be available.
-#[inline]
-pub(crate) fn trace<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
-where
-    F: FnMut(&Hit) -> bool,
-{
+/// The nearest hit. The kernel must be available.
+#[inline(always)]
+pub(crate) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
     match accel.isa() {
-        Isa::Scalar => scalar::trace::<ANY, F>(accel, ray, filter),
+        Isa::Scalar => scalar::nearest(accel, ray, filter),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => x86::trace_avx2::<ANY, F>(accel, ray, filter),
+        Isa::Avx2 => x86::avx2::nearest(accel, ray, filter),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => x86::trace_avx512::<ANY, F>(accel, ray, filter),
+        Isa::Avx512 => x86::avx512::nearest(accel, ray, filter),
         #[cfg(not(target_arch = "x86_64"))]
-        Isa::Avx2 | Isa::Avx512 => scalar::trace::<ANY, F>(accel, ray, filter),
+        Isa::Avx2 | Isa::Avx512 => scalar::nearest(accel, ray, filter),
+    }
+}
+
+/// Is there any hit? The kernel must be available.
+#[inline(always)]
+pub(crate) fn any<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool {
+    match accel.isa() {
+        Isa::Scalar => scalar::any(accel, ray, filter),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => x86::avx2::any(accel, ray, filter),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512 => x86::avx512::any(accel, ray, filter),
+        #[cfg(not(target_arch = "x86_64"))]
+        Isa::Avx2 | Isa::Avx512 => scalar::any(accel, ray, filter),
     }
 }

@@ -5,7 +5,7 @@ use math::Ray;
 use super::lanes::{Kernel, Lanes, Pair};
 use super::traverse;
 use crate::accel::Accel;
-use crate::hit::{Best, Hit};
+use crate::hit::Hit;
 use crate::layout::WIDTH;
 use crate::ray_space;
 
@@ -66,12 +66,16 @@ impl Kernel for Scalar {
     type Block = Plain;
 }
 
-pub(super) fn trace<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
-where
-    F: FnMut(&Hit) -> bool,
-{
+pub(super) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
     if accel.placed.is_empty() {
-        return traverse::trace::<Scalar, ANY, false, F>(accel, ray, filter);
+        return traverse::nearest::<Scalar, false, F>(accel, ray, filter);
     }
-    traverse::trace::<Scalar, ANY, true, F>(accel, ray, filter)
+    traverse::nearest::<Scalar, true, F>(accel, ray, filter)
+}
+
+pub(super) fn any<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool {
+    if accel.placed.is_empty() {
+        return traverse::any::<Scalar, false, F>(accel, ray, filter);
+    }
+    traverse::any::<Scalar, true, F>(accel, ray, filter)
 }

@@ -3,7 +3,7 @@
 
 use std::mem::MaybeUninit;
 
-use crate::layout::{ChildRef, Node, NODE};
+use crate::layout::{ChildRef, NODE, Node};
 
 /// Wide nodes on a way down that the stack has room for.
 pub(crate) const MAX_DEPTH: usize = 64;

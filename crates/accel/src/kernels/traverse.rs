@@ -9,168 +9,15 @@ use std::mem::MaybeUninit;
 
 use math::Ray;
 
+use super::boxes::{BlockRay, NodeRay, block_candidates};
 use super::lanes::{Kernel, Lanes};
 use super::stack::{Stack, biggest_first, nearest_first};
 use crate::accel::Accel;
 use crate::blas::{Blas, Other};
 use crate::hit::{Best, Hit, NO_INSTANCE, NOWHERE, place};
-use crate::layout::{ChildRef, FILTER_BIT, Lane, MixedLeaf, NODE, Node, TriBlock, WIDTH, WideTree};
+use crate::layout::{ChildRef, FILTER_BIT, Lane, MixedLeaf, NODE, TriBlock, WIDTH, WideTree};
 use crate::primitive::{Root, triangle};
 use crate::ray_space::RaySpace;
-
-/// A ray in registers, for nodes.
-struct NodeRay<L> {
-    inv: [L; 3],
-    c_near: [L; 3],
-    c_far: [L; 3],
-    /// Where a node has its near and far planes, see [`Node::plane`].
-    near: [usize; 3],
-    far: [usize; 3],
-}
-
-/// A ray for blocks of triangles: where a block has the coordinates along each axis (see [`TriBlock::coordinates`]),
-/// and the origin along each.
-#[derive(Clone, Copy)]
-struct BlockRay {
-    k: [usize; 3],
-    o_k: [f32; 3],
-}
-
-#[inline(always)]
-fn splat3<L: Lanes<NODE>>(v: &[f32; 4]) -> [L; 3] {
-    [L::splat(v[0]), L::splat(v[1]), L::splat(v[2])]
-}
-
-// No closures on lanes here, and no `array::map`: a closure is a function without the kernel's target features, and
-// what is not inlined into the kernel falls back to calls.
-impl<L: Lanes<NODE>> NodeRay<L> {
-    #[inline(always)]
-    fn new(r: &RaySpace) -> Self {
-        let up = |i: usize| (r.negative >> i & 1) as usize;
-        Self {
-            inv: splat3(&r.inv),
-            c_near: splat3(&r.c_near),
-            c_far: splat3(&r.c_far),
-            near: [Node::plane_at(0, up(0)), Node::plane_at(1, up(1)), Node::plane_at(2, up(2))],
-            far: [Node::plane_at(0, 1 - up(0)), Node::plane_at(1, 1 - up(1)), Node::plane_at(2, 1 - up(2))],
-        }
-    }
-}
-
-impl BlockRay {
-    #[inline(always)]
-    fn new(r: &RaySpace) -> Self {
-        let k = [(r.k[0] & 3) as usize, (r.k[1] & 3) as usize, (r.k[2] & 3) as usize];
-        Self {
-            k: [TriBlock::axis_at(k[0]), TriBlock::axis_at(k[1]), TriBlock::axis_at(k[2])],
-            o_k: [r.o[k[0]], r.o[k[1]], r.o[k[2]]],
-        }
-    }
-}
-
-/// The boxes met before `t_max`, their entries and exits. The operations of [`RaySpace::slab`].
-#[inline(always)]
-fn meet<const N: usize, L: Lanes<N>>(x: (L, L), y: (L, L), z: (L, L), t_max: f32) -> (u32, L, L) {
-    let entry = x.0.max(y.0).max(z.0.max(L::splat(0.0)));
-    let (a, b) = (x.1.min(y.1), z.1);
-    (entry.le(a.min(b.min(L::splat(t_max)))), entry, a.min(b))
-}
-
-impl<L: Lanes<NODE>> NodeRay<L> {
-    /// Where one axis's near and far planes are met.
-    #[inline(always)]
-    fn axis(&self, i: usize, node: &Node) -> (L, L) {
-        // SAFETY: these are places of planes.
-        let (near, far) = unsafe { (node.plane(self.near[i]), node.plane(self.far[i])) };
-        (
-            L::load(near).mul_add(self.inv[i], self.c_near[i]),
-            L::load(far).mul_add(self.inv[i], self.c_far[i]),
-        )
-    }
-
-    /// The children met before `t_max`, and where.
-    #[inline(always)]
-    fn meet(&self, node: &Node, t_max: f32) -> (u32, L) {
-        let (mask, entry, _) = meet(self.axis(0, node), self.axis(1, node), self.axis(2, node), t_max);
-        (mask, entry)
-    }
-}
-
-/// Where one axis's near and far planes of the triangles' boxes are met.
-#[inline(always)]
-fn block_axis<L: Lanes<WIDTH>>(ray: &RaySpace, i: usize, block: &TriBlock) -> (L, L) {
-    let (a, b, c) = (L::load(&block.v[0][i]), L::load(&block.v[1][i]), L::load(&block.v[2][i]));
-    let (inv, c_near, c_far) = (L::splat(ray.inv[i]), L::splat(ray.c_near[i]), L::splat(ray.c_far[i]));
-    // As rounding is monotone, the planes need not be sorted first.
-    let (x, y) = (a.min(b).min(c), a.max(b).max(c));
-    (
-        x.mul_add(inv, c_near).min(y.mul_add(inv, c_near)),
-        x.mul_add(inv, c_far).max(y.mul_add(inv, c_far)),
-    )
-}
-
-/// One corner of all triangles, seen along the ray. The operations of [`RaySpace::sheared`].
-#[inline(always)]
-fn sheared<L: Lanes<WIDTH>>(ray: &RaySpace, at: &BlockRay, block: &TriBlock, vertex: usize) -> (L, L) {
-    // SAFETY: these are places of coordinates.
-    let (x, y, z) = unsafe {
-        (
-            block.coordinates(vertex, at.k[0]),
-            block.coordinates(vertex, at.k[1]),
-            block.coordinates(vertex, at.k[2]),
-        )
-    };
-    let z = L::load(z).sub(L::splat(at.o_k[2]));
-    let x = z.mul_add(L::splat(ray.shear[0]), L::load(x).sub(L::splat(at.o_k[0])));
-    let y = z.mul_add(L::splat(ray.shear[1]), L::load(y).sub(L::splat(at.o_k[1])));
-    (x, y)
-}
-
-/// Candidates in a block of triangles.
-struct Candidates {
-    mask: u32,
-    /// Of those, the ones that are hit for sure.
-    sure: u32,
-    entry: [f32; WIDTH],
-    exit: [f32; WIDTH],
-}
-
-#[inline(always)]
-fn cross<L: Lanes<WIDTH>>(p: (L, L), q: (L, L)) -> L {
-    p.0.mul(q.1).sub(p.1.mul(q.0))
-}
-
-/// Lanes whose triangle the ray's line may pass through, and whose box it meets before `t_max`.
-#[inline(always)]
-fn block_candidates<L: Lanes<WIDTH>>(
-    ray: &RaySpace,
-    at: &BlockRay,
-    block: &TriBlock,
-    t_max: f32,
-) -> Option<Candidates> {
-    let a: (L, L) = sheared(ray, at, block, 0);
-    let (b, c) = (sheared(ray, at, block, 1), sheared(ray, at, block, 2));
-    let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
-    let zero = L::splat(0.0);
-    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-    let mask = zero.le(least) | most.le(zero);
-    if mask == 0 {
-        return None;
-    }
-
-    let (x, y, z) = (block_axis::<L>(ray, 0, block), block_axis(ray, 1, block), block_axis(ray, 2, block));
-    let (met, entry, exit) = meet(x, y, z, t_max);
-    let mask = mask & met;
-    if mask == 0 {
-        return None;
-    }
-    // Not on an edge or corner: then `0 ≤ least` and `least ≤ 0` are not both true.
-    let sure = !(least.le(zero) & zero.le(most));
-    let mut found = Candidates { mask, sure, entry: [0.0; WIDTH], exit: [0.0; WIDTH] };
-    entry.store(&mut found.entry);
-    exit.store(&mut found.exit);
-    Some(found)
-}
 
 /// What is done at a leaf. Its method must be `inline(always)`, see above.
 trait AtLeaf {
@@ -251,7 +98,7 @@ impl Visit<'_> {
 
     /// With `u` and `v` filled in.
     #[inline(always)]
-    fn resolve(self, best: Best) -> Best {
+    fn resolve(&self, best: Best) -> Best {
         if best.place == NOWHERE {
             return best;
         }
@@ -262,7 +109,7 @@ impl Visit<'_> {
 
     #[inline(always)]
     fn block<L: Lanes<WIDTH>, F: FnMut(&Hit) -> bool>(
-        self,
+        &self,
         ray: &BlockRay,
         index: usize,
         best: &mut Best,
@@ -326,7 +173,7 @@ impl Visit<'_> {
     /// Replaces `best` if something better is in the structure.
     #[inline(always)]
     fn run<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool>(
-        self,
+        &self,
         node: &NodeRay<K::Node>,
         best: &mut Best,
         filter: &mut F,
@@ -342,7 +189,7 @@ impl Visit<'_> {
 
 /// At the leaves of one structure.
 struct BlasLeaf<'a, K: Kernel, F> {
-    visit: Visit<'a>,
+    visit: &'a Visit<'a>,
     block: BlockRay,
     filter: &'a mut F,
     kernel: PhantomData<K>,
@@ -364,9 +211,31 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, K, F> {
     }
 }
 
-/// The nearest hit, or any if `ANY`. `INSTANCES`: there may be some.
+/// The nearest hit. `INSTANCES`: there may be some.
 #[inline(always)]
-pub(super) fn trace<K: Kernel, const ANY: bool, const INSTANCES: bool, F>(
+pub(super) fn nearest<K: Kernel, const INSTANCES: bool, F>(
+    accel: &Accel,
+    ray: &Ray,
+    filter: &mut F,
+) -> Option<Hit>
+where
+    F: FnMut(&Hit) -> bool,
+{
+    let best = trace::<K, false, INSTANCES, F>(accel, ray, filter);
+    best.found.then(|| accel.hit(&best))
+}
+
+/// Is there any hit?
+#[inline(always)]
+pub(super) fn any<K: Kernel, const INSTANCES: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool
+where
+    F: FnMut(&Hit) -> bool,
+{
+    trace::<K, true, INSTANCES, F>(accel, ray, filter).found
+}
+
+#[inline(always)]
+fn trace<K: Kernel, const ANY: bool, const INSTANCES: bool, F>(
     accel: &Accel,
     ray: &Ray,
     filter: &mut F,
@@ -374,12 +243,9 @@ pub(super) fn trace<K: Kernel, const ANY: bool, const INSTANCES: bool, F>(
 where
     F: FnMut(&Hit) -> bool,
 {
-    let (o, d) = (ray.origin.0, ray.dir.0);
     let mut best = Best::nothing(ray.t_max);
-    if ray.t_max > 0.0
-        && let Some(span) = RaySpace::span(o, d, accel.reach)
-    {
-        let local = RaySpace::with_span(o, d, ray.time, span);
+    let local = RaySpace::unchecked(ray.origin.0, ray.dir.0, ray.time, accel.reach);
+    if local.valid && ray.t_max > 0.0 {
         let node = NodeRay::new(&local);
         let visit = Visit { blas: &accel.world, ray: &local, instance: NO_INSTANCE, entry: 0.0 };
         visit.run::<K, ANY, F>(&node, &mut best, filter);
@@ -388,9 +254,7 @@ where
             leaves::<K::Node, ANY>(&accel.top, &node, &mut best, &mut at);
         }
     }
-    // Taken apart, so that it need not be in memory before.
-    let Best { t, instance, item, u, v, place, found } = best;
-    Best { t, instance, item, u, v, place, found }
+    best
 }
 
 /// At the instances.
@@ -412,8 +276,8 @@ impl<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool> AtLeaf for TopLeaf<'_, 
         }
         let blas = &self.accel.objects[placed.object as usize];
         let (o, d) = placed.to_object(self.ray.origin.0, self.ray.dir.0, self.ray.time);
-        if let Some(span) = RaySpace::span(o, d, blas.reach) {
-            let local = RaySpace::with_span(o, d, self.ray.time, span);
+        let local = RaySpace::unchecked(o, d, self.ray.time, blas.reach);
+        if local.valid {
             let visit = Visit { blas, ray: &local, instance: leaf.index() as u32, entry };
             visit.run::<K, ANY, F>(&NodeRay::new(&local), best, self.filter);
         }

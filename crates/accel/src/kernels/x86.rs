@@ -1,18 +1,15 @@
-//! AVX2 and AVX-512: eight lanes in a 256-bit register, sixteen in two or in one of 512 bits.
+//! AVX2 and AVX-512: eight lanes in a 256-bit register.
+//!
+//! The AVX-512 kernel is the same source with 32 registers and mask registers at the compiler's hand (AVX-512VL).
 #![allow(unsafe_code, reason = "intrinsics; see each SAFETY note")]
 
 use std::arch::x86_64::{
-    __m256, __m512, _CMP_LE_OQ, _mm256_cmp_ps, _mm256_fmadd_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
-    _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm512_cmp_ps_mask, _mm512_fmadd_ps, _mm512_loadu_ps, _mm512_max_ps, _mm512_min_ps, _mm512_mul_ps, _mm512_set1_ps, _mm512_storeu_ps, _mm512_sub_ps,
+    __m256, _CMP_LE_OQ, _mm256_cmp_ps, _mm256_fmadd_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
 };
 
-use math::Ray;
-
 use super::lanes::{Kernel, Lanes, Pair};
-use super::traverse;
-use crate::accel::Accel;
-use crate::hit::{Best, Hit};
-use crate::layout::{NODE, WIDTH};
+use crate::layout::WIDTH;
 
 pub(super) fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2")
@@ -83,59 +80,7 @@ impl Lanes<WIDTH> for Avx {
     }
 }
 
-/// Only functions below, which run where AVX-512 was detected, name this type.
-#[derive(Clone, Copy)]
-struct Wide(__m512);
-
-impl Lanes<NODE> for Wide {
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_set1_ps(x) })
-    }
-    #[inline(always)]
-    fn load(a: &[f32; NODE]) -> Self {
-        // SAFETY: AVX-512 was detected, see the type; the reference is to sixteen floats.
-        Self(unsafe { _mm512_loadu_ps(a.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, a: &mut [f32; NODE]) {
-        // SAFETY: AVX-512 was detected, see the type; the reference is to sixteen floats.
-        unsafe { _mm512_storeu_ps(a.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_sub_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_mul_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_min_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        // SAFETY: AVX-512 was detected, see the type.
-        Self(unsafe { _mm512_max_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> u32 {
-        // SAFETY: AVX-512 was detected, see the type.
-        u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0) })
-    }
-}
-
-/// Pairs of registers for nodes.
+/// Pairs of registers for nodes. One register of 512 bits instead is slower where such operations take two steps.
 struct Avx2;
 
 impl Kernel for Avx2 {
@@ -143,50 +88,63 @@ impl Kernel for Avx2 {
     type Block = Avx;
 }
 
-/// Nodes in one register.
-struct Avx512;
+/// The entries to one kernel: its module, the instruction sets, and the function that detects them.
+macro_rules! kernel {
+    ($name:ident, $features:literal, $detected:ident) => {
+        pub(super) mod $name {
+            use math::Ray;
 
-impl Kernel for Avx512 {
-    type Node = Wide;
-    type Block = Avx;
+            use super::Avx2;
+            use crate::accel::Accel;
+            use crate::hit::Hit;
+            use crate::kernels::traverse;
+
+            #[target_feature(enable = $features)]
+            fn nearest_of<const I: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit>
+            where
+                F: FnMut(&Hit) -> bool,
+            {
+                traverse::nearest::<Avx2, I, F>(accel, ray, filter)
+            }
+
+            #[target_feature(enable = $features)]
+            fn any_of<const I: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool
+            where
+                F: FnMut(&Hit) -> bool,
+            {
+                traverse::any::<Avx2, I, F>(accel, ray, filter)
+            }
+
+            #[inline]
+            pub(in crate::kernels) fn nearest<F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit>
+            where
+                F: FnMut(&Hit) -> bool,
+            {
+                debug_assert!(super::$detected());
+                if accel.placed.is_empty() {
+                    // SAFETY: an `Accel` names this kernel only after it was detected.
+                    return unsafe { nearest_of::<false, F>(accel, ray, filter) };
+                }
+                // SAFETY: an `Accel` names this kernel only after it was detected.
+                unsafe { nearest_of::<true, F>(accel, ray, filter) }
+            }
+
+            #[inline]
+            pub(in crate::kernels) fn any<F>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool
+            where
+                F: FnMut(&Hit) -> bool,
+            {
+                debug_assert!(super::$detected());
+                if accel.placed.is_empty() {
+                    // SAFETY: an `Accel` names this kernel only after it was detected.
+                    return unsafe { any_of::<false, F>(accel, ray, filter) };
+                }
+                // SAFETY: an `Accel` names this kernel only after it was detected.
+                unsafe { any_of::<true, F>(accel, ray, filter) }
+            }
+        }
+    };
 }
 
-pub(super) fn trace_avx2<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
-where
-    F: FnMut(&Hit) -> bool,
-{
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx2, ANY, true, F>(accel, ray, filter)
-    }
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx2, ANY, false, F>(accel, ray, filter)
-    }
-    if accel.placed.is_empty() {
-        // SAFETY: an `Accel` names this kernel only after `has_avx2`.
-        return unsafe { world::<ANY, F>(accel, ray, filter) };
-    }
-    // SAFETY: an `Accel` names this kernel only after `has_avx2`.
-    unsafe { kernel::<ANY, F>(accel, ray, filter) }
-}
-
-pub(super) fn trace_avx512<const ANY: bool, F>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best
-where
-    F: FnMut(&Hit) -> bool,
-{
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn kernel<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx512, ANY, true, F>(accel, ray, filter)
-    }
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn world<const ANY: bool, F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Best {
-        traverse::trace::<Avx512, ANY, false, F>(accel, ray, filter)
-    }
-    if accel.placed.is_empty() {
-        // SAFETY: an `Accel` names this kernel only after `has_avx512`.
-        return unsafe { world::<ANY, F>(accel, ray, filter) };
-    }
-    // SAFETY: an `Accel` names this kernel only after `has_avx512`.
-    unsafe { kernel::<ANY, F>(accel, ray, filter) }
-}
+kernel!(avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt", has_avx2);
+kernel!(avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt", has_avx512);

@@ -5,7 +5,6 @@
 //! | [`Node`]   |   448 | sixteen boxes in full precision, by axis, and sixteen [`ChildRef`]s |
 //! | [`TriBlock`] | 320 | up to eight triangles, by coordinate, and their item numbers |
 //! | [`MixedLeaf`] | 12 | a block and a range of other primitives |
-#![allow(unsafe_code, reason = "places without checks; see each SAFETY note")]
 
 use crate::primitive::Corners;
 
@@ -69,24 +68,6 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// The place of the lower (0) or upper (1) planes of an axis.
-    #[inline(always)]
-    pub(crate) fn plane_at(axis: usize, upper: usize) -> usize {
-        (2 * axis + upper) * NODE
-    }
-
-    /// One plane of each child.
-    ///
-    /// # Safety
-    ///
-    /// `at` is one of [`Node::plane_at`].
-    #[inline(always)]
-    pub(crate) unsafe fn plane(&self, at: usize) -> &[f32; NODE] {
-        let first: *const f32 = self.planes.as_ptr().cast();
-        // SAFETY: by the contract the eight numbers from `at` on are within `planes`.
-        unsafe { &*first.add(at).cast() }
-    }
-
     pub(crate) const EMPTY: Self = Self {
         planes: [[[f32::INFINITY; NODE], [f32::NEG_INFINITY; NODE]]; 3],
         children: [ChildRef::EMPTY; NODE],
@@ -105,24 +86,6 @@ pub(crate) struct TriBlock {
 
 impl TriBlock {
     pub(crate) const EMPTY: Self = Self { v: [[[f32::NAN; WIDTH]; 3]; 3], items: [0; WIDTH] };
-
-    /// The place of the coordinates along an axis.
-    #[inline(always)]
-    pub(crate) fn axis_at(axis: usize) -> usize {
-        axis * WIDTH
-    }
-
-    /// One coordinate of one corner of each triangle.
-    ///
-    /// # Safety
-    ///
-    /// `vertex < 3`, and `at` is one of [`TriBlock::axis_at`].
-    #[inline(always)]
-    pub(crate) unsafe fn coordinates(&self, vertex: usize, at: usize) -> &[f32; WIDTH] {
-        let first: *const f32 = self.v.as_ptr().cast();
-        // SAFETY: by the contract the eight numbers from there on are within `v`.
-        unsafe { &*first.add(vertex * 3 * WIDTH + at).cast() }
-    }
 }
 
 /// One triangle of a block. The lane is below [`WIDTH`].

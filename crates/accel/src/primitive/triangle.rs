@@ -36,7 +36,11 @@ pub(crate) fn finish(ray: &RaySpace, p: impl Corners, entry: f32, exit: f32) -> 
         return None;
     }
     let (height, along) = plane(ray, p);
-    let t = if along == 0.0 { e.height() / (e.det * f64::from(ray.d[ray.k[2] as usize])) } else { height / along };
+    let t = if along == 0.0 {
+        e.height() / (e.det * f64::from(ray.d[ray.k[2] as usize]))
+    } else {
+        height / along
+    };
     let (u, v) = e.barycentrics();
     Some((clamp(t, entry, exit), u, v))
 }
