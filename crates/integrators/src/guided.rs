@@ -2,10 +2,10 @@
 //! the BSDF and what it learned, with next-event estimation beside both.
 //!
 //! The guide of a pass is a function of scene, settings, seed and the number of the pass. It is learned from paths of its
-//! own, which leave nothing on the film: rounds of 2¹⁴, 2¹⁴, 2¹⁵, 2¹⁶, … paths over the whole picture, each guided by
+//! own, which leave nothing on the film: rounds of 2¹², 2¹², 2¹³, 2¹⁴, … paths over the whole picture, each guided by
 //! what the round before has taught, up to `training` thousand in all. A pass waits for the rounds whose paths,
-//! together, are no more than have started on the film by its end (and for the first in any case). So training never costs more
-//! than the picture, a render may begin at any pass for the bounded cost of all rounds, and every pass is unbiased:
+//! together, are no more than half of those that have started on the film by its end (and for 2¹⁴ in any case). So training
+//! never costs more than half of the picture, a render may begin at any pass for the bounded cost of all rounds, and every pass is unbiased:
 //! they are combined by their number (see `docs/decisions/0060`).
 //!
 //! Memory: a leaf of space costs at most 28 KiB (512 nodes of its quadtree); `memory` bounds their number, which then
@@ -48,7 +48,7 @@ fn parameters() -> Vec<ParameterInfo> {
         shared::HEURISTIC,
         ParameterInfo {
             name: "training",
-            kind: ParameterKind::Integer(2048),
+            kind: ParameterKind::Integer(1024),
             doc: "paths to learn from, in thousands (1024); 0: none, which is `path`",
         },
         ParameterInfo {
@@ -87,12 +87,17 @@ struct Guided {
 }
 
 /// Paths of the first round; every one but the second has twice as many as the one before.
-const FIRST_ROUND: u64 = 1 << 14;
+const FIRST_ROUND: u64 = 1 << 12;
+/// Paths that all passes wait for.
+const AT_LEAST: u64 = 1 << 14;
+/// Paths on the film for each that teaches.
+const PICTURE_PER_TRAINING: u64 = 2;
 /// Paths whose records are in memory at a time, and those that one thread traces in one go.
 const BATCH: u64 = 1 << 14;
 const CHUNK: u64 = 1 << 8;
-/// A leaf is cut when it has had more records than this in the first round; √2 times as many in each that doubles.
-const CUT_ABOVE: f64 = 2000.0;
+/// A leaf is cut when it has had more records than this in the first round; √2 times as many in each that doubles
+/// [Mueller2017, sec. 3.3].
+const CUT_ABOVE: f64 = 300.0;
 
 /// Paths of all rounds before round `k`.
 fn paths_before(k: u32) -> u64 {
@@ -102,8 +107,8 @@ fn paths_before(k: u32) -> u64 {
 impl Guided {
     /// Rounds that a pass needs.
     fn rounds_for(&self, pass: u32, pixels: u64) -> u32 {
-        let started = (u64::from(pass) + 1).saturating_mul(pixels).max(FIRST_ROUND);
-        let most = started.min(self.training);
+        let started = (u64::from(pass) + 1).saturating_mul(pixels);
+        let most = (started / PICTURE_PER_TRAINING).max(AT_LEAST).min(self.training);
         (1..40).take_while(|&k| paths_before(k) <= most).last().unwrap_or(0)
     }
 
@@ -114,7 +119,8 @@ impl Guided {
         self.walks.estimator.guide = Some(field);
         let mut counters = Counters::default();
         for batch in (paths_before(round)..paths_before(round + 1)).step_by(BATCH as usize) {
-            let starts: Vec<u64> = (batch..batch + BATCH).step_by(CHUNK as usize).collect();
+            let end = (batch + BATCH).min(paths_before(round + 1));
+            let starts: Vec<u64> = (batch..end).step_by(CHUNK as usize).collect();
             let chunks: Vec<_> = starts.par_iter().map(|&s| self.chunk(scene, s..s + CHUNK)).collect();
             let records: Vec<Record> = chunks.iter().flat_map(|c| &c.0).copied().collect();
             chunks.iter().for_each(|c| counters.add(&c.1));
@@ -181,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn training_never_costs_more_than_the_picture_and_ends() {
+    fn training_never_costs_more_than_half_the_picture_and_ends() {
         let estimator = Path {
             max_depth: 3,
             roulette: Roulette { rr_depth: 3 },
@@ -193,11 +199,11 @@ mod tests {
         let sampler = sampler_of(&scene_desc::SamplerDesc::default(), 0);
         let walks = PixelLoop { estimator, sampler };
         let guided = Guided { walks, training: 2048 << 10, max_leaves: 1, rounds: 0 };
-        assert_eq!(guided.rounds_for(0, 1), 1, "the first round is for all");
+        assert_eq!(paths_before(guided.rounds_for(0, 1)), AT_LEAST, "for all");
         for (pass, pixels) in [(0, 100_000), (5, 50_000), (100, 3_000)] {
             let paths = paths_before(guided.rounds_for(pass, pixels));
-            let started = (u64::from(pass) + 1) * pixels;
-            assert!(paths <= started && 2 * paths > started, "{paths} {started}");
+            let most = (u64::from(pass) + 1) * pixels / 2;
+            assert!(paths <= most && 2 * paths > most, "{paths} {most}");
         }
         assert_eq!(paths_before(guided.rounds_for(u32::MAX, u64::MAX)), 2048 << 10, "and then no more");
     }

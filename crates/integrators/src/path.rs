@@ -21,7 +21,7 @@ use crate::common::{
     PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf,
     sampler_of,
 };
-use crate::guide::Field;
+use crate::guide::{Field, LocalGuide};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::shortcut::Shortcut;
@@ -203,6 +203,21 @@ impl<S: Shortcut> Path<S> {
         walk.pay(paid)
     }
 
+    /// The same for a guided walk that has come to a surface, by what the guide expects there.
+    fn survives_guided(&self, walk: &mut Walker<'_>, guide: &LocalGuide<'_>) -> bool {
+        let bring = guide.brightness.map(|b| b * walk.throughput.average());
+        let share = match (bring, walk.expected) {
+            (Some(here), Some(whole)) => here / whole,
+            (_, None) => {
+                walk.expected = bring.filter(|&b| b > 0.0);
+                1.0
+            }
+            (None, Some(_)) => 1.0,
+        };
+        let paid = self.roulette.survive_guided(walk.depth, share, walk.sampler);
+        walk.pay(paid)
+    }
+
     /// Light that the surface scatters towards where the walk came from, and the way on; false if there is none.
     pub(crate) fn scatter(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> bool {
         if walk.depth >= self.max_depth {
@@ -220,6 +235,12 @@ impl<S: Shortcut> Path<S> {
             Some(field) if !shading.bsdf.is_delta_only() => Some(field.at(si.p)),
             _ => None,
         };
+
+        if let Some(guide) = &guide
+            && !self.survives_guided(walk, guide)
+        {
+            return false;
+        }
 
         // Next-event estimation.
         let n_light = if shortcut { self.shortcut.light_samples() } else { 1 };
@@ -263,7 +284,8 @@ impl<S: Shortcut> Path<S> {
         let dir = shading.frame.to_world(s.wi);
         walk.medium = walk.scene.medium_after(si, dir, walk.medium);
         walk.ray = si.spawn_ray(dir);
-        self.survives(walk)
+        // A guided walk is asked where it arrives.
+        guide.is_some() || self.survives(walk)
     }
 
     /// A direction by the walk's own density, which it takes.

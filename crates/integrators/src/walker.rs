@@ -28,8 +28,10 @@ pub(crate) struct Walker<'a> {
     pub(crate) radiance: Gathered,
     /// Where it writes down what a guide learns from.
     pub(crate) recorded: Option<&'a mut RecordedPath>,
-    /// What roulette looks at: the throughput as it would be without a guide.
+    /// What roulette looks at without a guide: the throughput, but for what the camera began with.
     pub(crate) carried: Spectrum,
+    /// What a guide expected of the whole path at the first surface where it knew.
+    pub(crate) expected: Option<f32>,
     pub(crate) eta_scale: f32,
     pub(crate) previous: Previous,
     /// The last surface, if light that it gets from others of its class was had by the shortcut.
@@ -63,6 +65,7 @@ impl<'a> Walker<'a> {
             radiance: Gathered::default(),
             recorded: None,
             carried: Spectrum::ONE,
+            expected: None,
             eta_scale: 1.0,
             previous: Previous { rival: None },
             shortcut_from: None,
@@ -94,10 +97,14 @@ pub(crate) fn guided(
     guide: &LocalGuide<'_>,
 ) -> Option<DirectionSample> {
     let wo = shading.frame.to_local(si.wo);
-    let (s, bsdf_pdf) = sample_guided(guide, shading, wo, walk.sampler)?;
+    let sampled = sample_guided(guide, shading, wo, walk.sampler);
+    if sampled.is_none()
+        && let Some(recorded) = &mut walk.recorded
+    {
+        recorded.push(Step::end(si.p));
+    }
+    let (s, bsdf_pdf) = sampled?;
     walk.throughput *= s.weight;
-    // A guide makes weights small where it is right: they are no reason to end a path.
-    walk.carried *= shading.bsdf.albedo_estimate(wo) / (s.eta * s.eta);
     let radiance = walk.radiance();
     if let (Some(recorded), Some(pdf)) = (&mut walk.recorded, s.pdf) {
         recorded.push(Step {

@@ -40,6 +40,14 @@ impl Roulette {
         paid(q, sampler.next_1d())
     }
 
+    /// The same for a path of which a guide knows what it may `bring` here, in the share of what the whole path was expected
+    /// to bring [Vorba2016, without splitting]: it ends where that is little, and never because of its throughput alone. What a guide
+    /// expects is a mean over a leaf; a path that brings a tenth of its pixel is left alone, and no chance is below a tenth.
+    pub(crate) fn survive_guided(self, depth: u32, share: f32, sampler: &mut Sampler) -> Option<f32> {
+        let share = if depth < self.rr_depth || share.is_nan() { 1.0 } else { (10.0 * share).clamp(0.1, 1.0) };
+        self.survive(depth, Spectrum::splat(share), 1.0, sampler)
+    }
+
     /// The chance to go on.
     fn chance(self, depth: u32, throughput: Spectrum, eta_scale: f32) -> f32 {
         let most = if depth < ENDLESS { 1.0 } else { 0.95 };

@@ -14,6 +14,31 @@ pub(crate) struct Leaf {
     pub(crate) tree: Quadtree,
     /// Probability of a direction by the BSDF.
     pub(crate) by_bsdf: f32,
+    pub(crate) heard: Heard,
+}
+
+/// What a leaf was told in all rounds; when it is cut, each half counts for half of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Heard {
+    /// Records.
+    pub(crate) n: f64,
+    /// Sum of what the tree has learned from.
+    pub(crate) light: f64,
+    /// Sum of estimates of reflected radiance, direct light left out.
+    pub(crate) reflected: f64,
+}
+
+impl Heard {
+    /// Mean reflected radiance, once enough is known.
+    fn brightness(&self) -> Option<f32> {
+        (self.n >= FEWEST_FOR_BRIGHTNESS && self.reflected > 0.0).then(|| (self.reflected / self.n) as f32)
+    }
+
+    fn halve(&mut self) {
+        self.n *= 0.5;
+        self.light *= 0.5;
+        self.reflected *= 0.5;
+    }
 }
 
 /// The SD-tree.
@@ -41,12 +66,14 @@ pub(crate) struct Place {
 
 /// Most cuts on the way to a leaf: leaves of 2⁻¹⁴ of the scene.
 const MAX_CUTS: u32 = 42;
+/// A leaf with fewer records does not know how bright it is.
+const FEWEST_FOR_BRIGHTNESS: f64 = 200.0;
 
 impl Field {
     /// Nothing known.
     pub(crate) fn new(bounds: &Bounds) -> Self {
         let side = bounds.size().max_element();
-        let leaf = Leaf { tree: Quadtree::uniform(), by_bsdf: 0.5 };
+        let leaf = Leaf { tree: Quadtree::uniform(), by_bsdf: 0.5, heard: Heard::default() };
         let side = if side.is_finite() && side > 0.0 { side } else { 1.0 };
         let corner = if bounds.is_empty() { Point::new(0.0, 0.0, 0.0) } else { Point(bounds.min) };
         Self { corner, side, nodes: vec![Node::Leaf(0)], leaves: vec![leaf] }
@@ -55,7 +82,7 @@ impl Field {
     /// The density at a point.
     pub(crate) fn at(&self, p: Point) -> LocalGuide<'_> {
         let leaf = &self.leaves[self.place(p).leaf];
-        LocalGuide { tree: &leaf.tree, by_bsdf: leaf.by_bsdf }
+        LocalGuide { tree: &leaf.tree, by_bsdf: leaf.by_bsdf, brightness: leaf.heard.brightness() }
     }
 
     /// Where a point lies; one outside of the scene counts as on its edge.
@@ -102,6 +129,7 @@ impl Field {
                     }
                     let first = self.nodes.len() as u32;
                     self.nodes.extend([Node::Leaf(leaf), Node::Leaf(self.leaves.len() as u32)]);
+                    self.leaves[leaf as usize].heard.halve();
                     self.leaves.push(self.leaves[leaf as usize].clone());
                     self.nodes[node] = Node::Cut { halves: [first, first + 1] };
                     open.extend([first, first + 1].map(|h| (h as usize, depth + 1, Some(count / 2))));
@@ -117,6 +145,8 @@ pub(crate) struct LocalGuide<'a> {
     pub(crate) tree: &'a Quadtree,
     /// Probability of a direction by the BSDF.
     pub(crate) by_bsdf: f32,
+    /// Mean radiance that surfaces here reflect, direct light left out; `None`: not known yet.
+    pub(crate) brightness: Option<f32>,
 }
 
 impl LocalGuide<'_> {

@@ -8,7 +8,7 @@ use math::Dir;
 use sampling::{Pdf, SolidAngle, warp};
 
 /// Quadrants that hold more than this share of a tree are cut.
-const CUT_ABOVE: f64 = 0.01;
+const CUT_ABOVE: f64 = 0.02;
 /// Most cuts on the way from the square to a leaf.
 const MAX_DEPTH: u32 = 16;
 /// Most nodes of a tree.
@@ -114,10 +114,21 @@ impl Quadtree {
         }
     }
 
-    /// The tree that follows from what was found, if anything was.
-    pub(crate) fn learned(&self, tally: &Tally) -> Option<Self> {
+    /// The tree that follows from what was found, and how much that is in all, if anything was. What was found before counts
+    /// too: `earlier` in all, spread as the tree is.
+    pub(crate) fn learned(&self, tally: &Tally, earlier: f64) -> Option<(Self, f64)> {
         let mut sources: Vec<Source> =
             self.nodes.iter().zip(&tally.0).map(|(n, &sum)| Source { sum, child: n.child }).collect();
+        let mut before = vec![earlier; sources.len()];
+        for (i, node) in self.nodes.iter().enumerate() {
+            for q in 0..4 {
+                let part = before[i] * f64::from(node.share[q]);
+                match usize::from(node.child[q]) {
+                    0 => sources[i].sum[q] += part,
+                    child => before[child] = part,
+                }
+            }
+        }
         // Children stand behind their parents.
         for i in (0..sources.len()).rev() {
             for q in 0..4 {
@@ -128,7 +139,7 @@ impl Quadtree {
             }
         }
         let total = sources[0].total();
-        (total > 0.0 && total.is_finite()).then(|| Self::refined(&sources))
+        (total > 0.0 && total.is_finite()).then(|| (Self::refined(&sources), total))
     }
 
     /// Cuts what holds much and joins what holds little, breadth first.
@@ -242,7 +253,7 @@ mod tests {
                 let value = 0.1 + lamp(w.0.x) + lamp(-w.0.z) * w.0.y.abs();
                 tree.splat(&mut tally, w, f64::from(value));
             }
-            tree = tree.learned(&tally).unwrap();
+            tree = tree.learned(&tally, 0.0).unwrap().0;
         }
         tree
     }
@@ -279,6 +290,26 @@ mod tests {
     }
 
     #[test]
+    fn what_was_found_before_counts_by_its_mass() {
+        let tree = trained(6);
+        let mut tally = tree.tally();
+        let w = Dir(math::Vec3::Z);
+        tree.splat(&mut tally, w, 30.0);
+        let (learned, mass) = tree.learned(&tally, 10.0).unwrap();
+        assert!((mass - 40.0).abs() < 1e-4, "{mass}");
+        // Far from the new, a quarter of the old density is left, also where cells were joined.
+        let lamp = |t: &Quadtree| {
+            let mut rng = Rng::from_parts(&[7]);
+            let towards = (0..20_000).map(|_| t.sample([rng.next_f32(), rng.next_f32()]));
+            towards.filter(|w| w.0.x > 0.9).count() as f32 / 20_000.0
+        };
+        let (before, after) = (lamp(&tree), lamp(&learned));
+        // Five standard deviations of the two counts.
+        let bound = 5.0 * ((before / 16.0 + after) / 20_000.0).sqrt();
+        assert!((after - 0.25 * before).abs() < bound, "{before} {after} ± {bound}");
+    }
+
+    #[test]
     fn a_tree_is_cut_where_much_is_and_never_beyond_its_budget() {
         let tree = trained(4);
         assert!(tree.nodes.len() > 50 && tree.nodes.len() <= MAX_NODES, "{}", tree.nodes.len());
@@ -289,11 +320,11 @@ mod tests {
                 let w = warp::equal_area_sphere([0.3 + 1e-6 * i as f32, 0.7]);
                 spike.splat(&mut tally, w, 1.0);
             }
-            spike = spike.learned(&tally).unwrap();
+            spike = spike.learned(&tally, 0.0).unwrap().0;
         }
         assert!(spike.nodes.len() <= MAX_NODES);
         let towards = warp::equal_area_sphere([0.3001, 0.7]);
         assert!(spike.pdf(towards).value() > 1e4, "{:?}", spike.pdf(towards));
-        assert!(spike.learned(&spike.tally()).is_none(), "nothing found, nothing learned");
+        assert!(spike.learned(&spike.tally(), 0.0).is_none(), "nothing found, nothing learned");
     }
 }
