@@ -5,8 +5,8 @@
 //! own, which leave nothing on the film: rounds of 2¹², 2¹², 2¹³, 2¹⁴, … paths over the whole picture, each guided by
 //! what the round before has taught, up to `training` thousand in all. A pass waits for the rounds whose paths,
 //! together, are no more than half of those that have started on the film by its end (and for 2¹⁴ in any case). So training
-//! never costs more than half of the picture, a render may begin at any pass for the bounded cost of all rounds, and every pass is unbiased:
-//! they are combined by their number (see `docs/decisions/0060`).
+//! never costs more than half of the picture, a render may begin at any pass for the bounded cost of all rounds, and
+//! every pass is unbiased: they are combined by their number (see `docs/decisions/0060`, `0106` and `0107`).
 //!
 //! Memory: a leaf of space costs at most 28 KiB (512 nodes of its quadtree); `memory` bounds their number, which then
 //! grows no more. A batch of records costs at most 25 MiB beside that.

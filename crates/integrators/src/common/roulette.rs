@@ -44,7 +44,8 @@ impl Roulette {
     /// to bring [Vorba2016, without splitting]: it ends where that is little, and never because of its throughput alone. What a guide
     /// expects is a mean over a leaf; a path that brings a tenth of its pixel is left alone, and no chance is below a tenth.
     pub(crate) fn survive_guided(self, depth: u32, share: f32, sampler: &mut Sampler) -> Option<f32> {
-        let share = if depth < self.rr_depth || share.is_nan() { 1.0 } else { (10.0 * share).clamp(0.1, 1.0) };
+        let share =
+            if depth < self.rr_depth || share.is_nan() { 1.0 } else { (10.0 * share).clamp(0.1, 1.0) };
         self.survive(depth, Spectrum::splat(share), 1.0, sampler)
     }
 

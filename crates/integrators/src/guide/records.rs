@@ -250,7 +250,8 @@ mod tests {
         for (x, towards, away) in [(-0.7, Vec3::X, Vec3::Y), (0.7, Vec3::Y, Vec3::X)] {
             let guide = field.at(Point::new(x, 0.5, 0.5));
             let mut rng = Rng::from_parts(&[9]);
-            let drawn: Vec<Dir> = (0..n).map(|_| guide.tree.sample([rng.next_f32(), rng.next_f32()])).collect();
+            let drawn: Vec<Dir> =
+                (0..n).map(|_| guide.tree.sample([rng.next_f32(), rng.next_f32()])).collect();
             let share = |axis: Vec3| drawn.iter().filter(|w| w.0.dot(axis) > EDGE).count() as f32 / n as f32;
             // Five standard deviations of the counts.
             let slack = |p: f32| 5.0 * (p * (1.0 - p) / n as f32).sqrt();
