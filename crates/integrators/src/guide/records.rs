@@ -13,7 +13,8 @@
 //!
 //! Departs from [Mueller2019]: the share comes from sums over all records for a handful of candidates, not from gradient
 //! descent, whose steps have no fixed order. Nor are earlier rounds forgotten: few records carry light where guides
-//! are needed (see `docs/decisions/0106`).
+//! are needed (see `docs/decisions/0106`). For the same reason the target is the radiance, not the root of its second
+//! moment [Rath2020].
 
 use math::hash::{combine, of_floats, unit_f32};
 use math::{Dir, Point, trig};
