@@ -19,13 +19,13 @@
 //! The nearest hit is the smallest `(t, instance, geometry, primitive)`. It is a function of ray and scene alone: the
 //! bits do not depend on instruction set, tree, traversal order or threads, because
 //!
-//! 1. no operation is fused, so that a lane of any width computes what scalar code computes;
+//! 1. the same operations are fused in every kernel, so that a lane of any width computes what scalar code computes;
 //! 2. which triangle a line meets is decided by signs that are exact [Woop2013];
 //! 3. the `t` of a hit is clamped into the slab interval of the primitive's *own* box, found by the very arithmetic of
 //!    the node test. Rounding is monotone, so a box's interval holds the interval of every box inside it, and culling
 //!    by distance can never drop a hit that would have won.
 //!
-//! Left out: spatial splits, compressed nodes, reinsertion, packets of rays, a kernel for NEON.
+//! Left out: spatial splits, compressed nodes, reinsertion, packets of rays, a kernel for NEON (the portable one serves).
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` also means: or one of them is NaN")]
 

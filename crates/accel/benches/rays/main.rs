@@ -5,11 +5,14 @@
 //!     [--only KERNEL] [--set RAYS]
 //! ```
 //!
+//! `--edges N` counts instead how many of `N` rays, aimed at edges and vertices of closed meshes, get through.
+//!
 //! `SCENE` is a PLY file, or a folder with `models/*.ply` and a pbrt file whose camera is taken; without it a furnished
 //! room is made up. One thread; rounds alternate between the kernels, and of each chunk of rays the best round
 //! counts, so that others on the machine disturb the ratio little. Quote ratios, not figures.
 #![allow(clippy::print_stdout, reason = "a program")]
 
+mod edges;
 mod embree;
 mod ply;
 mod workload;
@@ -32,6 +35,8 @@ struct Options {
     only: Option<String>,
     /// Only the rays whose name contains this.
     set: Option<String>,
+    /// Count leaks of so many rays instead.
+    edges: u64,
     rays: usize,
     rounds: usize,
 }
@@ -44,6 +49,7 @@ fn options() -> Options {
         isa: None,
         only: None,
         set: None,
+        edges: 0,
         rays: 1 << 18,
         rounds: 5,
     };
@@ -56,6 +62,7 @@ fn options() -> Options {
             "--isa" => o.isa = Isa::from_name(&value()),
             "--only" => o.only = Some(value()),
             "--set" => o.set = Some(value()),
+            "--edges" => o.edges = value().parse().expect("a number"),
             "--rays" => o.rays = value().parse().expect("a number"),
             "--rounds" => o.rounds = value().parse().expect("a number"),
             "--bench" => {}
@@ -154,6 +161,9 @@ fn build(scene: &Scene, tree: TreeKind) -> Blas {
 
 fn main() {
     let options = options();
+    if options.edges > 0 {
+        return edges::run(options.edges);
+    }
     let scene = options.scene.as_deref().map_or_else(workload::furnished_room, workload::load);
     let name = options.scene.as_deref().unwrap_or("furnished room");
     println!("{name}");

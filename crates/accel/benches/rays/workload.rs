@@ -26,7 +26,7 @@ impl RaySet {
     }
 }
 
-fn unit(i: u64, dimension: u64) -> f32 {
+pub(crate) fn unit(i: u64, dimension: u64) -> f32 {
     math::hash::unit_f32((math::hash::combine(math::hash::mix64(i), dimension) >> 32) as u32)
 }
 

@@ -1,4 +1,4 @@
-//! From boxes to a wide tree: a binary tree first, then the cheapest 8-wide one that it can be collapsed to.
+//! From boxes to a wide tree: a binary tree first, then the cheapest wide one that it can be collapsed to.
 
 mod binary;
 mod collapse;

@@ -37,6 +37,8 @@ pub(crate) fn is_available(isa: Isa) -> bool {
 #[inline(always)]
 pub(crate) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
     match accel.isa() {
+        #[cfg(target_arch = "x86_64")]
+        Isa::Scalar if x86::has_fma() => x86::fma::nearest(accel, ray, filter),
         Isa::Scalar => scalar::nearest(accel, ray, filter),
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => x86::avx2::nearest(accel, ray, filter),
@@ -51,6 +53,8 @@ pub(crate) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: 
 #[inline(always)]
 pub(crate) fn any<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool {
     match accel.isa() {
+        #[cfg(target_arch = "x86_64")]
+        Isa::Scalar if x86::has_fma() => x86::fma::any(accel, ray, filter),
         Isa::Scalar => scalar::any(accel, ray, filter),
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => x86::avx2::any(accel, ray, filter),

@@ -11,9 +11,14 @@ use std::arch::x86_64::{
 use super::lanes::{Kernel, Lanes, Pair};
 use crate::layout::WIDTH;
 
+/// Without it, the portable kernel rounds products and sums once by calling a library.
+pub(super) fn has_fma() -> bool {
+    is_x86_feature_detected!("fma")
+}
+
 pub(super) fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
+        && has_fma()
         && is_x86_feature_detected!("bmi1")
         && is_x86_feature_detected!("bmi2")
         && is_x86_feature_detected!("lzcnt")
@@ -88,13 +93,12 @@ impl Kernel for Avx2 {
     type Block = Avx;
 }
 
-/// The entries to one kernel: its module, the instruction sets, and the function that detects them.
+/// The entries to one kernel: its module, registers and instruction sets, and the function that detects these.
 macro_rules! kernel {
-    ($name:ident, $features:literal, $detected:ident) => {
+    ($name:ident, $registers:ty, $features:literal, $detected:ident) => {
         pub(super) mod $name {
             use math::Ray;
 
-            use super::Avx2;
             use crate::accel::Accel;
             use crate::hit::Hit;
             use crate::kernels::traverse;
@@ -104,7 +108,7 @@ macro_rules! kernel {
             where
                 F: FnMut(&Hit) -> bool,
             {
-                traverse::nearest::<Avx2, I, F>(accel, ray, filter)
+                traverse::nearest::<$registers, I, F>(accel, ray, filter)
             }
 
             #[target_feature(enable = $features)]
@@ -112,7 +116,7 @@ macro_rules! kernel {
             where
                 F: FnMut(&Hit) -> bool,
             {
-                traverse::any::<Avx2, I, F>(accel, ray, filter)
+                traverse::any::<$registers, I, F>(accel, ray, filter)
             }
 
             #[inline]
@@ -146,5 +150,11 @@ macro_rules! kernel {
     };
 }
 
-kernel!(avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt", has_avx2);
-kernel!(avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt", has_avx512);
+kernel!(fma, crate::kernels::scalar::Scalar, "fma", has_fma);
+kernel!(avx2, super::Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt", has_avx2);
+kernel!(
+    avx512,
+    super::Avx2,
+    "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt",
+    has_avx512
+);
