@@ -1,9 +1,14 @@
 //! A description and all its files in one piece, to be sent to another machine; and the hash of its content.
 //!
+//! Images travel decoded, so that no machine's decoder decides about a picture: a lossy one may differ from processor to
+//! processor. The hash is of the files as they are, and travels too.
+//!
 //! The piece is for programs of the same version, not for keeping: [postcard](https://postcard.jamesmunns.com) data.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use rayon::prelude::*;
 use scene_desc::SceneDesc;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
@@ -50,17 +55,31 @@ pub fn content_hash(desc: &SceneDesc) -> u64 {
     hash.0.digest()
 }
 
-/// The description with the bytes of all its files.
+/// The description with the bytes of all its files, images decoded; on the threads of the current rayon pool.
 ///
 /// # Errors
 /// A file cannot be read.
 pub fn pack(desc: &SceneDesc) -> Result<Vec<u8>, PackError> {
     let mut desc = desc.clone();
+    let embedded = desc.images.par_iter_mut().filter_map(|i| Some((i.path.clone(), i.embedded.as_mut()?)));
+    embedded.for_each(|(path, bytes)| {
+        if let Some(pixels) = decoded(bytes, &path) {
+            *bytes = Arc::from(pixels);
+        }
+    });
     let read = |path: &mut PathBuf| {
-        std::fs::read(&*path).map_err(|source| PackError::File { path: path.clone(), source })
+        let bytes =
+            std::fs::read(&*path).map_err(|source| PackError::File { path: path.clone(), source })?;
+        Ok(decoded(&bytes, path).unwrap_or(bytes))
     };
-    let files = desc.files_mut().into_iter().map(read).collect::<Result<_, _>>()?;
+    let files = desc.files_mut().into_par_iter().map(read).collect::<Result<_, PackError>>()?;
     Ok(postcard::to_allocvec(&Packed { desc, files })?)
+}
+
+/// An image's pixels in the form that is the same everywhere; `None` for what is no image, or a broken one: who compiles the scene
+/// says so.
+fn decoded(bytes: &[u8], path: &Path) -> Option<Vec<u8>> {
+    image::encode_pixels(&image::decode(bytes, Some(path)).ok()?).ok()
 }
 
 /// Takes apart what [`pack`] made; its files go to `folder`, named by their content.
@@ -128,6 +147,27 @@ mod tests {
         assert!(unpacked.images[0].path.starts_with(there.path()));
         assert_eq!(content_hash(&desc), content_hash(&unpacked));
         assert_eq!(desc.camera.world_from_camera, unpacked.camera.world_from_camera);
+    }
+
+    /// What a decoder makes of a file travels, not the file.
+    #[test]
+    fn images_travel_decoded_embedded_ones_too() {
+        let [here, there] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+        let data = (0..12).map(|i| i as f32 / 12.0).collect();
+        let names = ["R", "G", "B"].map(str::to_owned).to_vec();
+        let picture = image::Image::from_data(2, 2, names, data).unwrap();
+        let png = image::encode(&picture, image::Format::Png, &image::SaveOptions::default()).unwrap();
+        let mut desc = desc(here.path(), &png);
+        let embedded = scene_desc::ImageDesc { embedded: Some(Arc::from(&png[..])), ..desc.images[0].clone() };
+        desc.images.push(embedded);
+        let unpacked = unpack(&pack(&desc).unwrap(), there.path()).unwrap();
+        let file = std::fs::read(&unpacked.images[0].path).unwrap();
+        let pixels = image::decode(&png, None).unwrap();
+        for bytes in [&file[..], unpacked.images[1].embedded.as_deref().unwrap()] {
+            assert_eq!(image::Format::of_content(bytes), Some(image::Format::Raw));
+            assert_eq!(image::decode(bytes, None).unwrap(), pixels);
+        }
+        assert_eq!(unpacked.content_hash, desc.content_hash, "the hash is of the files as they are");
     }
 
     #[test]

@@ -76,7 +76,7 @@ pub fn save_picture(path: &Path, picture: &Image, exposure: f32) -> Result<(), E
 pub fn is_picture(path: &Path) -> bool {
     match Format::of_path(path) {
         Some(Format::Exr | Format::Png | Format::Hdr | Format::Pfm) => true,
-        Some(Format::Jpeg | Format::Tga | Format::Bmp) | None => false,
+        Some(Format::Jpeg | Format::Tga | Format::Bmp | Format::Raw) | None => false,
     }
 }
 

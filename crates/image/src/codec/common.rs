@@ -59,7 +59,7 @@ const fn library_format(format: Format) -> ImageFormat {
         Format::Bmp => ImageFormat::Bmp,
         Format::Hdr => ImageFormat::Hdr,
         Format::Exr => ImageFormat::OpenExr,
-        Format::Pfm => ImageFormat::Pnm,
+        Format::Pfm | Format::Raw => ImageFormat::Pnm,
     }
 }
 
@@ -74,7 +74,7 @@ const fn expansion(format: Format) -> u64 {
         Format::Tga => 256,
         // Runs of 255 pixels in two bytes, and jumps over what stays blank.
         Format::Bmp => 4096,
-        Format::Hdr | Format::Exr | Format::Pfm => 1,
+        Format::Hdr | Format::Exr | Format::Pfm | Format::Raw => 1,
     }
 }
 

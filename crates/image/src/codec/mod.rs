@@ -9,10 +9,13 @@ mod exr_read;
 mod exr_write;
 mod hdr;
 mod pfm;
+mod raw;
 
 use std::path::Path;
 
 use crate::{Display, Image, ImageError, PixelBuffer, write_atomically};
+
+pub use raw::encode_pixels;
 
 /// The most pixels an image may have: 2²⁸, a square of 16384.
 pub const MAX_PIXELS: u64 = 1 << 28;
@@ -34,6 +37,8 @@ pub enum Format {
     Exr,
     /// Portable float map.
     Pfm,
+    /// Decoded pixels, as they travel with a packed scene.
+    Raw,
 }
 
 impl Format {
@@ -51,6 +56,8 @@ impl Format {
             Some(Self::Hdr)
         } else if pfm::is_pfm(bytes) {
             Some(Self::Pfm)
+        } else if raw::is_raw(bytes) {
+            Some(Self::Raw)
         } else if starts(b"BM") {
             Some(Self::Bmp)
         } else if bytes.ends_with(b"TRUEVISION-XFILE.\0") {
@@ -87,6 +94,7 @@ impl Format {
             Self::Hdr => "HDR",
             Self::Exr => "EXR",
             Self::Pfm => "PFM",
+            Self::Raw => "packed",
         }
     }
 
@@ -142,6 +150,7 @@ pub fn decode(bytes: &[u8], name: Option<&Path>) -> Result<PixelBuffer, ImageErr
         Format::Exr => exr_read::decode_pixels(bytes),
         Format::Pfm => pfm::decode(bytes),
         Format::Hdr => hdr::decode(bytes),
+        Format::Raw => raw::decode(bytes),
         format @ (Format::Png | Format::Jpeg | Format::Tga | Format::Bmp) => common::decode(bytes, format),
     }
 }
@@ -153,7 +162,13 @@ pub fn decode(bytes: &[u8], name: Option<&Path>) -> Result<PixelBuffer, ImageErr
 pub fn decode_image(bytes: &[u8], name: Option<&Path>) -> Result<Image, ImageError> {
     match format_of(bytes, name)? {
         Format::Exr => exr_read::decode_image(bytes),
-        Format::Png | Format::Jpeg | Format::Tga | Format::Bmp | Format::Hdr | Format::Pfm => {
+        Format::Png
+        | Format::Jpeg
+        | Format::Tga
+        | Format::Bmp
+        | Format::Hdr
+        | Format::Pfm
+        | Format::Raw => {
             decode(bytes, name).map(|b| b.to_image())
         }
     }
@@ -185,7 +200,7 @@ pub fn encode(image: &Image, format: Format, options: &SaveOptions) -> Result<Ve
         Format::Png => common::encode_png(&image.to_rgb()?, options.display),
         Format::Hdr => hdr::encode(&image.to_rgb()?),
         Format::Pfm => pfm::encode(&image.to_rgb()?),
-        Format::Jpeg | Format::Tga | Format::Bmp => Err(ImageError::Encode {
+        Format::Jpeg | Format::Tga | Format::Bmp | Format::Raw => Err(ImageError::Encode {
             format: format.name(),
             reason: "only EXR, PNG, HDR and PFM are written".into(),
         }),
