@@ -68,8 +68,7 @@ pub fn pack(desc: &SceneDesc) -> Result<Vec<u8>, PackError> {
         }
     });
     let read = |path: &mut PathBuf| {
-        let bytes =
-            std::fs::read(&*path).map_err(|source| PackError::File { path: path.clone(), source })?;
+        let bytes = std::fs::read(&*path).map_err(|source| PackError::File { path: path.clone(), source })?;
         Ok(decoded(&bytes, path).unwrap_or(bytes))
     };
     let files = desc.files_mut().into_par_iter().map(read).collect::<Result<_, PackError>>()?;
@@ -158,7 +157,8 @@ mod tests {
         let picture = image::Image::from_data(2, 2, names, data).unwrap();
         let png = image::encode(&picture, image::Format::Png, &image::SaveOptions::default()).unwrap();
         let mut desc = desc(here.path(), &png);
-        let embedded = scene_desc::ImageDesc { embedded: Some(Arc::from(&png[..])), ..desc.images[0].clone() };
+        let embedded =
+            scene_desc::ImageDesc { embedded: Some(Arc::from(&png[..])), ..desc.images[0].clone() };
         desc.images.push(embedded);
         let unpacked = unpack(&pack(&desc).unwrap(), there.path()).unwrap();
         let file = std::fs::read(&unpacked.images[0].path).unwrap();

@@ -15,7 +15,9 @@ mod tonemap;
 
 pub use atomic::write_atomically;
 pub use buffer::{Image, MetaValue};
-pub use codec::{Format, MAX_PIXELS, SaveOptions, decode, decode_image, encode, encode_pixels, load, load_image, save};
+pub use codec::{
+    Format, MAX_PIXELS, SaveOptions, decode, decode_image, encode, encode_pixels, load, load_image, save,
+};
 pub use error::ImageError;
 pub use exr::prelude::f16;
 pub use label::LETTER;

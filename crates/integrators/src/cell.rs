@@ -87,6 +87,25 @@ pub trait Integrator: Send + Sync {
         false
     }
 
+    /// For integrators that keep what [`Integrator::prepare`] learned for later passes: the round that a pass reads. Passes of one
+    /// round read the same; later passes never read earlier rounds. `None` for all whose passes know nothing of each other.
+    fn round(&self, ctx: PassContext<'_>) -> Option<u32> {
+        let _ = ctx;
+        None
+    }
+
+    /// What was learned by the last [`Integrator::prepare`], for another process of the same version.
+    fn learned(&self) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Takes over what [`Integrator::learned`] gave for the same scene, settings and seed, instead of learning it again: the bits
+    /// are the same. False if the bytes are no such thing.
+    fn take_learned(&mut self, bytes: &[u8]) -> bool {
+        let _ = bytes;
+        false
+    }
+
     /// Can cells leave splats?
     fn splats(&self) -> bool {
         false

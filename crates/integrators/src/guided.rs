@@ -177,6 +177,20 @@ impl Integrator for Guided {
         Prepared { counters, warning: full.then(|| warning.to_owned()) }
     }
 
+    fn round(&self, ctx: PassContext<'_>) -> Option<u32> {
+        Some(self.rounds_for(ctx.pass, ctx.scene.settings().sample_bounds().area() as u64))
+    }
+
+    fn learned(&self) -> Option<Vec<u8>> {
+        postcard::to_allocvec(&(self.rounds, &self.walks.estimator.guide)).ok()
+    }
+
+    fn take_learned(&mut self, bytes: &[u8]) -> bool {
+        let Ok((rounds, guide)) = postcard::from_bytes(bytes) else { return false };
+        (self.rounds, self.walks.estimator.guide) = (rounds, guide);
+        true
+    }
+
     fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {
         self.walks.cell(ctx, cell, out);
     }

@@ -28,5 +28,5 @@ mod vcm;
 mod walker;
 
 pub use cell::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
-pub use registry::{IntegratorInfo, Making, create, find, list};
+pub use registry::{IntegratorInfo, Making, create, find, learns, list};
 pub use strategy_layer::StrategyLayer;

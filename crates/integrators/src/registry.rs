@@ -97,6 +97,13 @@ pub fn find(name: &str) -> Result<&'static IntegratorInfo, ParameterError> {
     })
 }
 
+/// Does an integrator keep what it learned for later passes, in rounds ([`Integrator::round`])? Then whoever spreads a render over
+/// machines sends it to them.
+#[must_use]
+pub fn learns(name: &str) -> bool {
+    [guided::INFO.name, irradiance_cache::INFO.name].contains(&name)
+}
+
 /// Makes an integrator; `given` are parameters as file and command line say them, later ones win. The second value
 /// names every setting ([`Parameters::canonical`]).
 ///

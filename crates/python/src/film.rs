@@ -1,7 +1,7 @@
 //! Films and pictures: exact sums, and what is seen of them.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use film::Developed;
 use image::{Display, Format, Image, SaveOptions, ToneMap};
@@ -110,6 +110,76 @@ impl Film {
         d.set_item("relmse_estimate", relmse)?;
         d.set_item("mean_rgb", mean_rgb)?;
         Ok(d)
+    }
+}
+
+/// A film that grows: partial films are added in place, one after the other.
+#[pyclass(frozen, module = "steradian._native")]
+pub(crate) struct Sum {
+    sum: Mutex<Option<film::Film>>,
+}
+
+impl Sum {
+    fn add_film(&self, part: film::Film) -> Result<bool, film::Error> {
+        let mut sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+        match &mut *sum {
+            None => {
+                *sum = Some(part);
+                Ok(true)
+            }
+            Some(sum) => Ok(sum.merge(&part)? == film::Merged::Added),
+        }
+    }
+}
+
+#[pymethods]
+impl Sum {
+    /// Nothing yet.
+    #[new]
+    fn new() -> Self {
+        Self { sum: Mutex::new(None) }
+    }
+
+    /// Adds a partial film's bytes. False if all its passes are there already.
+    fn add(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<bool> {
+        py.detach(|| self.add_film(film::Film::from_bytes(bytes)?)).map_err(|e| of_film(py, &e))
+    }
+
+    /// A copy of what is there; `None` if nothing is.
+    fn film(&self, py: Python<'_>) -> PyResult<Option<Film>> {
+        py.detach(|| {
+            let sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+            let Some(sum) = &*sum else { return Ok(None) };
+            let mut copy = film::Film::new(sum.settings().clone())?;
+            copy.merge(sum)?;
+            Ok(Some(Film::new(copy)))
+        })
+        .map_err(|e| of_film(py, &e))
+    }
+
+    /// The bytes of a partial film; `None` if nothing is there.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        let bytes = py.detach(|| {
+            let sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+            sum.as_ref().map(film::Film::to_bytes).transpose()
+        });
+        Ok(bytes.map_err(|e| of_film(py, &e))?.map(|b| PyBytes::new(py, &b)))
+    }
+
+    /// Writes a partial film's file, if anything is there.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| {
+            let sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+            sum.as_ref().map_or(Ok(()), |sum| sum.save(&path))
+        })
+        .map_err(|e| of_film(py, &e))
+    }
+
+    /// The passes as pairs, half-open.
+    fn passes(&self) -> Vec<(u32, u32)> {
+        let sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
+        let passes = sum.as_ref().map(film::Film::passes);
+        passes.iter().flat_map(film::PassSet::ranges).map(|r| (r.start, r.end)).collect()
     }
 }
 

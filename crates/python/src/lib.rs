@@ -26,6 +26,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<scene::Scene>()?;
     m.add_class::<film::Film>()?;
     m.add_class::<compare::Comparison>()?;
+    m.add_class::<film::Sum>()?;
     m.add_class::<geometry::Geometry>()?;
     m.add_class::<surfaces::Surfaces>()?;
     m.add_function(wrap_pyfunction!(samples::samples, m)?)?;
@@ -37,6 +38,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(compare::compare, m)?)?;
     m.add_function(wrap_pyfunction!(compare::advise_scene, m)?)?;
     m.add_function(wrap_pyfunction!(compare::reference_cache, m)?)?;
+    m.add_function(wrap_pyfunction!(run::rounds, m)?)?;
+    m.add_function(wrap_pyfunction!(run::learn, m)?)?;
     m.add_function(wrap_pyfunction!(film::merge, m)?)?;
     m.add_function(wrap_pyfunction!(film::diff, m)?)?;
     m.add_function(wrap_pyfunction!(film::load_picture, m)?)?;

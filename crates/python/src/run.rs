@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use render::{Cancel, Checkpoint, Event, Job, Method, Outcome, Precision, SCENE_SETTINGS, Stop, Workers};
 
-use crate::errors::of_render;
+use crate::errors::{error, of_render};
 use crate::film::Film;
 use crate::progress::Listener;
 use crate::scene::{Options, Scene};
@@ -89,14 +89,58 @@ pub(crate) fn seconds(name: &str, value: f64) -> PyResult<Duration> {
     valid.ok_or_else(|| PyValueError::new_err(format!("{name} must be a number of seconds above 0")))
 }
 
-/// Renders; `start` is a film to go on from. Gives a film and a report; Ctrl-C ends it with what there is.
+impl Request {
+    fn method(&self) -> Method {
+        Method { integrator: self.integrator.clone(), settings: self.settings.clone(), seed: self.seed }
+    }
+}
+
+/// What was learned elsewhere is not what this version learns.
+fn refused(py: Python<'_>) -> PyErr {
+    error(py, "SteradianError", "what was learned elsewhere is of another version, or damaged")
+}
+
+/// The rounds of what passes 0 to `n` read, each with its first pass; none if passes know nothing of each other.
+#[pyfunction]
+pub(crate) fn rounds(py: Python<'_>, scene: &Scene, request: Request, n: u32) -> PyResult<Vec<(u32, u32)>> {
+    let opened = scene.compiled(py, &request.options(), request.threads)?;
+    let job = Job::new(&opened.scene, &request.method()).map_err(|e| of_render(py, &e))?;
+    let mut rounds: Vec<(u32, u32)> = (0..n).filter_map(|pass| Some((job.round(pass)?, pass))).collect();
+    rounds.dedup_by_key(|r| r.0);
+    Ok(rounds)
+}
+
+/// Learns what a pass reads, on from `learned`; gives that as bytes, and the rays that it took.
+#[pyfunction]
+#[pyo3(signature = (scene, request, pass_, learned=None))]
+pub(crate) fn learn<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    request: Request,
+    pass_: u32,
+    learned: Option<&[u8]>,
+) -> PyResult<(Bound<'py, PyBytes>, u64)> {
+    let opened = scene.compiled(py, &request.options(), request.threads)?;
+    let workers = workers(py, request.threads)?;
+    let learned = py.detach(|| {
+        let mut job = Job::new(&opened.scene, &request.method())?;
+        let is_taken = learned.is_none_or(|bytes| job.take_learned(bytes));
+        Ok(is_taken.then(|| job.learn(pass_, &workers)))
+    });
+    let (bytes, prepared) = learned.map_err(|e| of_render(py, &e))?.ok_or_else(|| refused(py))?;
+    Ok((PyBytes::new(py, &bytes.unwrap_or_default()), prepared.counters.rays))
+}
+
+/// Renders; `start` is a film to go on from, `learned` what [`learn`] gave for the passes that are rendered. Gives a film and a report; Ctrl-C ends it with what there is.
 #[pyfunction(name = "render")]
+#[pyo3(signature = (scene, request, start, listener, learned=None))]
 pub(crate) fn render_scene<'py>(
     py: Python<'py>,
     scene: &Scene,
     request: Request,
     start: Option<PyRef<'py, Film>>,
     listener: Option<Py<PyAny>>,
+    learned: Option<&[u8]>,
 ) -> PyResult<(Film, Bound<'py, PyDict>)> {
     let began = std::time::Instant::now();
     let opened = scene.compiled(py, &request.options(), request.threads)?;
@@ -110,11 +154,7 @@ pub(crate) fn render_scene<'py>(
         }),
         None => None,
     };
-    let method = Method {
-        integrator: request.integrator.clone(),
-        settings: request.settings.clone(),
-        seed: request.seed,
-    };
+    let method = request.method();
 
     let until = match request.precision()? {
         Some(precision) => Until::Precise(precision),
@@ -132,6 +172,9 @@ pub(crate) fn render_scene<'py>(
             Ok(job)
         });
         let rendered = job.and_then(|mut job| {
+            if !learned.is_none_or(|bytes| job.take_learned(bytes)) {
+                return Ok(None);
+            }
             if let Some(every) = view_every {
                 job.view(every, |film| listener.borrow_mut().on_film(film));
             }
@@ -141,12 +184,12 @@ pub(crate) fn render_scene<'py>(
                 Until::Precise(p) => job.render_until(p, checkpoint, &workers, &cancel, &mut on_event)?,
                 Until::Stop(stop) => job.render(&stop, checkpoint, &workers, &cancel, &mut on_event)?,
             };
-            Ok((job.into_film(), outcome))
+            Ok(Some((job.into_film(), outcome)))
         });
         (rendered, listener.into_inner())
     });
     let interrupted = listener.end()?;
-    let (film, outcome) = rendered.map_err(|e| of_render(py, &e))?;
+    let (film, outcome) = rendered.map_err(|e| of_render(py, &e))?.ok_or_else(|| refused(py))?;
     let report = report(py, &outcome, load_seconds, workers.len())?;
     if interrupted && film.passes().is_empty() {
         return Err(pyo3::exceptions::PyKeyboardInterrupt::new_err(()));
@@ -185,6 +228,7 @@ pub(crate) fn list_integrators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>
         d.set_item("purpose", info.purpose)?;
         d.set_item("misses", info.misses)?;
         d.set_item("unbiased", info.unbiased)?;
+        d.set_item("learns", integrators::learns(info.name))?;
         let parameters = PyDict::new(py);
         for p in (info.parameters)() {
             let about = PyDict::new(py);

@@ -144,6 +144,20 @@ impl Scene {
         Ok(Self { state: Mutex::new(state), strict })
     }
 
+    /// The same scene seen by another camera (as JSON). `content_hash`, if given, is what this function's result on another
+    /// machine says of itself.
+    #[pyo3(signature = (camera, content_hash=None))]
+    fn with_camera(&self, py: Python<'_>, camera: &str, content_hash: Option<&str>) -> PyResult<Self> {
+        let wrong = |text: String| error(py, "SceneError", &text);
+        let desc = self.desc(py);
+        let mut desc = py.detach(|| (*desc).clone());
+        desc.camera = serde_json::from_str(camera).map_err(|e| wrong(e.to_string()))?;
+        let Some(hash) = content_hash else { return Ok(Self::from_desc(desc, self.strict)) };
+        desc.content_hash = u64::from_str_radix(hash, 16).map_err(|e| wrong(e.to_string()))?;
+        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
+        Ok(Self { state: Mutex::new(state), strict: self.strict })
+    }
+
     /// A hash of all that was read.
     fn content_hash(&self, py: Python<'_>) -> String {
         format!("{:016x}", py.detach(|| self.hashed()).content_hash)

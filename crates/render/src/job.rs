@@ -119,6 +119,23 @@ impl<'s> Job<'s> {
         Ok(std::mem::replace(&mut self.film, empty))
     }
 
+    /// The round that a pass reads of what was learned; see [`Integrator::round`].
+    #[must_use]
+    pub fn round(&self, pass: u32) -> Option<u32> {
+        self.bound.integrator.round(PassContext { scene: self.bound.scene, pass })
+    }
+
+    /// Learns what a pass reads, without rendering it, as bytes for [`Job::take_learned`] in another process.
+    pub fn learn(&mut self, pass: u32, workers: &Workers) -> (Option<Vec<u8>>, Prepared) {
+        let prepared = workers.install(|| self.bound.prepare(pass));
+        (self.bound.integrator.learned(), prepared)
+    }
+
+    /// Takes over what a job of the same scene and method has learned; the bits do not change. False if it is no such thing.
+    pub fn take_learned(&mut self, bytes: &[u8]) -> bool {
+        self.bound.integrator.take_learned(bytes)
+    }
+
     /// Renders what `stop` asks for and the film does not have yet, with checkpoints if wanted.
     ///
     /// # Errors

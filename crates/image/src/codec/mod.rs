@@ -162,13 +162,7 @@ pub fn decode(bytes: &[u8], name: Option<&Path>) -> Result<PixelBuffer, ImageErr
 pub fn decode_image(bytes: &[u8], name: Option<&Path>) -> Result<Image, ImageError> {
     match format_of(bytes, name)? {
         Format::Exr => exr_read::decode_image(bytes),
-        Format::Png
-        | Format::Jpeg
-        | Format::Tga
-        | Format::Bmp
-        | Format::Hdr
-        | Format::Pfm
-        | Format::Raw => {
+        Format::Png | Format::Jpeg | Format::Tga | Format::Bmp | Format::Hdr | Format::Pfm | Format::Raw => {
             decode(bytes, name).map(|b| b.to_image())
         }
     }

@@ -3,13 +3,14 @@
 
 use std::collections::VecDeque;
 
-use math::{Bounds, Dir, Point};
+use math::{Bounds, Dir, Point, Vec3};
 use sampling::{Pdf, SolidAngle};
+use serde::{Deserialize, Serialize};
 
 use super::quadtree::Quadtree;
 
 /// What is known of light in a leaf.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Leaf {
     pub(crate) tree: Quadtree,
     /// Probability of a direction by the BSDF.
@@ -42,16 +43,16 @@ impl Heard {
 }
 
 /// The SD-tree.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Field {
-    corner: Point,
+    corner: Vec3,
     side: f32,
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
 }
 
 /// Cuts go through the middle, along x, y, z in turn.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Node {
     Cut { halves: [u32; 2] },
     Leaf(u32),
@@ -75,7 +76,7 @@ impl Field {
         let side = bounds.size().max_element();
         let leaf = Leaf { tree: Quadtree::uniform(), by_bsdf: 0.5, heard: Heard::default() };
         let side = if side.is_finite() && side > 0.0 { side } else { 1.0 };
-        let corner = if bounds.is_empty() { Point::new(0.0, 0.0, 0.0) } else { Point(bounds.min) };
+        let corner = if bounds.is_empty() { Vec3::ZERO } else { bounds.min };
         Self { corner, side, nodes: vec![Node::Leaf(0)], leaves: vec![leaf] }
     }
 
@@ -87,7 +88,7 @@ impl Field {
 
     /// Where a point lies; one outside of the scene counts as on its edge.
     pub(crate) fn place(&self, p: Point) -> Place {
-        let d = (p - self.corner) / self.side;
+        let d = (p.0 - self.corner) / self.side;
         let mut at = [d.x, d.y, d.z].map(|x| x.clamp(0.0, 1.0_f32.next_down()));
         let (mut size, mut node, mut axis) = ([self.side; 3], 0_usize, 0_usize);
         loop {
@@ -158,8 +159,6 @@ impl LocalGuide<'_> {
 
 #[cfg(test)]
 mod tests {
-    use math::Vec3;
-
     use super::*;
 
     #[test]

@@ -6,6 +6,7 @@
 
 use math::Dir;
 use sampling::{Pdf, SolidAngle, warp};
+use serde::{Deserialize, Serialize};
 
 /// Quadrants that hold more than this share of a tree are cut.
 const CUT_ABOVE: f64 = 0.02;
@@ -16,7 +17,7 @@ pub(crate) const MAX_NODES: usize = 512;
 
 /// A square cut into four. Quadrant `q` lies in the upper half of the first axis if its lowest bit is set, of the second
 /// if the next one is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Node {
     /// Probabilities of the quadrants within the node; they sum to one.
     share: [f32; 4],
@@ -25,7 +26,7 @@ struct Node {
 }
 
 /// The density.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Quadtree {
     nodes: Vec<Node>,
 }

@@ -32,7 +32,42 @@ pub(super) struct Cache {
     n_in_tree: usize,
 }
 
+/// A cache as plain numbers, for another process: of each record p, n, radius and least; of each irradiance its seven spectra.
+pub(super) type Parts = (Vec<[f32; 8]>, Vec<[[f32; 4]; 7]>);
+
 impl Cache {
+    /// What [`Cache::from_parts`] makes the same cache of.
+    pub(super) fn parts(&self) -> Parts {
+        let record = |r: &Record| {
+            let (p, n) = (r.p.0, r.n.0);
+            [p.x, p.y, p.z, n.x, n.y, n.z, r.radius, r.least]
+        };
+        let irradiance = |e: &Irradiance| {
+            let ([a, b, c], [d, f, g]) = (e.by_rotation, e.by_translation);
+            [e.e, a, b, c, d, f, g].map(|s| s.0.to_array())
+        };
+        (self.records.iter().map(record).collect(), self.irradiance.iter().map(irradiance).collect())
+    }
+
+    /// The cache of such numbers, known to lookups; `None` if their counts do not belong together.
+    pub(super) fn from_parts(rules: Rules, basis: Basis, (records, irradiance): &Parts) -> Option<Self> {
+        let mut cache = Self::new(rules, basis);
+        let record = |&[px, py, pz, nx, ny, nz, radius, least]: &[f32; 8]| {
+            let (p, n) = (Point::new(px, py, pz), Dir(Vec3::new(nx, ny, nz)));
+            Record { p, n, radius, least }
+        };
+        cache.records = records.iter().map(record).collect();
+        cache.irradiance = irradiance
+            .iter()
+            .map(|s| {
+                let [e, a, b, c, d, f, g] = s.map(|lanes| Spectrum(math::Vec4::from_array(lanes)));
+                Irradiance { e, by_rotation: [a, b, c], by_translation: [d, f, g] }
+            })
+            .collect();
+        cache.update();
+        (cache.irradiance.len() == cache.records.len() * basis.n_groups()).then_some(cache)
+    }
+
     pub(super) fn new(rules: Rules, basis: Basis) -> Self {
         let (records, irradiance) = (Vec::new(), Vec::new());
         Self { rules, basis, records, irradiance, tree: Neighbours::default(), n_in_tree: 0 }

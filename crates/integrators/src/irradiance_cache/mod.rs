@@ -186,6 +186,28 @@ impl Integrator for IrradianceCache {
         Prepared { counters: built.counters, warning }
     }
 
+    fn round(&self, _: PassContext<'_>) -> Option<u32> {
+        Some(0)
+    }
+
+    fn learned(&self) -> Option<Vec<u8>> {
+        let caches: Vec<_> = self.pixels.estimator.shortcut.caches.iter().map(Cache::parts).collect();
+        postcard::to_allocvec(&caches).ok()
+    }
+
+    fn take_learned(&mut self, bytes: &[u8]) -> bool {
+        let shortcut = &mut self.pixels.estimator.shortcut;
+        let (rules, basis) = (shortcut.settings.rules, shortcut.settings.basis);
+        let Ok(parts) = postcard::from_bytes::<Vec<cache::Parts>>(bytes) else { return false };
+        let caches = parts.iter().map(|parts| Cache::from_parts(rules, basis, parts));
+        let Some(caches) = caches.collect::<Option<Vec<_>>>() else { return false };
+        let fits = caches.len() == shortcut.settings.n_caches();
+        if fits {
+            shortcut.caches = caches;
+        }
+        fits
+    }
+
     fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {
         self.pixels.cell(ctx, cell, out);
     }

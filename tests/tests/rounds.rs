@@ -1,0 +1,62 @@
+//! What one process has learned another may take over, instead of learning it again: the bits are the same.
+
+use std::path::Path;
+
+use render::{Cancel, Job, Method, SceneOptions, Stop};
+use steradian_tests::{bytes, open, workers};
+
+/// Small, and cheap to learn.
+fn method(name: &str) -> Method {
+    let settings = match name {
+        "irradiance-cache" => vec![("rays", "64"), ("min_spacing", "8")],
+        "many-light" => vec![("light_paths", "64"), ("max_cut", "40")],
+        _ => vec![],
+    };
+    let settings = settings.into_iter().map(|(k, v)| (k.to_owned(), v.to_owned())).collect();
+    Method { integrator: Some(name.to_owned()), settings, seed: Some(3) }
+}
+
+fn render(job: &mut Job<'_>, passes: std::ops::Range<u32>) -> Vec<u8> {
+    let done = job.render(&Stop::Passes(passes), None, &workers(2), &Cancel::default(), &mut |_| {});
+    done.unwrap_or_else(|e| panic!("{e}"));
+    bytes(job.film())
+}
+
+/// Pass 64 of this picture reads a later round of the guide than pass 0: a job that begins there learns two rounds alone, or takes
+/// over the second, which was learned on from the first.
+#[test]
+fn what_was_learned_elsewhere_gives_the_same_bits() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/rough-glass.pbrt");
+    for (name, options) in
+        [("guided", SceneOptions::default()), ("irradiance-cache", SceneOptions::default())]
+            .into_iter()
+            .chain([("irradiance-cache", SceneOptions { spectral: true, ..SceneOptions::default() })])
+    {
+        let scene = open(&path, &SceneOptions { resolution: Some([24, 24]), ..options });
+        let new = || Job::new(&scene, &method(name)).unwrap_or_else(|e| panic!("{e}"));
+        let alone = render(&mut new(), 64..66);
+
+        let first = new().learn(0, &workers(1)).0.unwrap_or_default();
+        let mut teacher = new();
+        assert!(teacher.take_learned(&first), "{name}");
+        let second = teacher.learn(64, &workers(3)).0.unwrap_or_default();
+        assert!(name != "guided" || first != second, "{name}: two rounds");
+        let mut pupil = new();
+        assert!(pupil.take_learned(&second), "{name}");
+        assert!(render(&mut pupil, 64..66) == alone, "{name}");
+        assert!(!new().take_learned(&second[..second.len() / 2]), "{name}: half of it is refused");
+    }
+}
+
+/// The registry says which integrators learn, for those who plan a render without making the integrator.
+#[test]
+fn the_registry_knows_who_learns() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/small-lamp.pbrt");
+    let scene = open(&path, &SceneOptions { resolution: Some([8, 8]), ..SceneOptions::default() });
+    for info in integrators::list() {
+        let mut job = Job::new(&scene, &method(info.name)).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(job.round(0).is_some(), integrators::learns(info.name), "{}", info.name);
+        let learned = job.learn(0, &workers(1)).0;
+        assert_eq!(learned.is_some(), integrators::learns(info.name), "{}", info.name);
+    }
+}
