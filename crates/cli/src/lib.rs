@@ -3,9 +3,11 @@
 mod advise;
 mod args;
 mod bench;
+mod cluster;
 mod compare;
 mod convert;
 mod diff;
+mod events;
 mod exit;
 mod info;
 mod integrators;
@@ -18,6 +20,7 @@ mod progress;
 mod render;
 mod replay;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -28,11 +31,17 @@ pub use crate::compare::user_cache;
 /// Runs the command that the arguments of the process ask for.
 #[must_use]
 pub fn main() -> ExitCode {
-    ExitCode::from(run(std::env::args_os()))
+    // A render on a cluster needs an interpreter that has the package.
+    let python = std::env::var_os("STERADIAN_PYTHON").map(PathBuf::from);
+    ExitCode::from(run(std::env::args_os(), python.as_deref()))
 }
 
-/// Runs a command and gives its exit status; the first argument is the program's name.
-pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>) -> u8 {
+/// Runs a command and gives its exit status; the first argument is the program's name. `python` is an interpreter that has the
+/// package (default: the one on the path).
+pub fn run(
+    args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>,
+    python: Option<&Path>,
+) -> u8 {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(e) => {
@@ -42,7 +51,7 @@ pub fn run(args: impl IntoIterator<Item = impl Into<std::ffi::OsString> + Clone>
         }
     };
     let done = match &cli.command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(args, python),
         Command::Merge(args) => merge::run(args),
         Command::Info(args) => info::run(args),
         Command::Integrators(args) => integrators::run(args),

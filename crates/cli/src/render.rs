@@ -1,14 +1,18 @@
 //! `steradian render`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use film::Developed;
-use render::{Checkpoint, Error, Job, Outcome, Stop, Workers};
+use film::{Developed, Film};
+use integrators::Counters;
+use render::{Checkpoint, Error, Job, Stop, Workers};
 use scene::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::args::RenderArgs;
+use crate::cluster;
+use crate::events::EventLog;
 use crate::exit::{Done, Failure, Status};
 use crate::interrupt::Interrupt;
 use crate::load;
@@ -38,16 +42,22 @@ struct Report {
     seed: u64,
     threads: usize,
     interrupted: bool,
+    /// Passes by node, and tasks that ran again, of a render on a cluster.
+    #[serde(flatten)]
+    cluster: Option<Nodes>,
 }
 
-pub(crate) fn run(args: &RenderArgs) -> Done {
+pub(crate) fn run(args: &RenderArgs, python: Option<&Path>) -> Done {
     let start = Instant::now();
     check_files(args)?;
+    if let Some(address) = &args.cluster {
+        return on_cluster(args, address, python, start);
+    }
     let interrupt = Interrupt::install()?;
     let workers = load::workers(&args.scene)?;
     let opened = load::open(&args.scene, &args.method.set, &workers)?;
     let scene = &opened.scene;
-    let pictures = pictures(args, scene)?;
+    let pictures = pictures(args, scene.settings().filename.as_deref())?;
     let load_seconds = start.elapsed().as_secs_f64();
 
     // Render.
@@ -58,8 +68,13 @@ pub(crate) fn run(args: &RenderArgs) -> Done {
         resume: args.resume,
     });
     let mut bar = Bar::new(!args.quiet, interrupt.cancel.clone());
+    let mut log = EventLog::open(args.events.as_deref())?;
+    log.start(&args.scene.scene, job.film());
     interrupt.rendering();
-    let mut on_event = |event: render::Event<'_>| bar.on(event);
+    let mut on_event = |event: render::Event<'_>| {
+        log.on(&event);
+        bar.on(event);
+    };
     let (checkpoint, cancel) = (checkpoint.as_ref(), &interrupt.cancel);
     let outcome = match args.error {
         Some(precision) => job.render_until(precision, checkpoint, &workers, cancel, &mut on_event),
@@ -67,28 +82,76 @@ pub(crate) fn run(args: &RenderArgs) -> Done {
     };
     bar.end();
     let outcome = outcome?;
+    log.end(job.film(), outcome.report.cancelled);
+    let done = DoneOf {
+        seconds: [0.0, load_seconds, outcome.report.elapsed.as_secs_f64()],
+        counters: outcome.report.counters,
+        passes_resumed: outcome.passes_resumed,
+        threads: workers.len(),
+        interrupted: outcome.report.cancelled,
+        cluster: None,
+    };
+    let status = finish(args, job.film(), done, &pictures, start)?;
+    match outcome.checkpoint_error {
+        Some(e) => Err(e.into()),
+        None => Ok(status),
+    }
+}
 
-    // Save.
-    if job.film().passes().is_empty() {
-        messages::note("interrupted before the first pass was complete; nothing was saved");
-        return Ok(Status::Interrupted);
+/// The same by many machines: the Python package has them render, and what they made is a partial film.
+fn on_cluster(args: &RenderArgs, address: &str, python: Option<&Path>, start: Instant) -> Done {
+    let interrupt = Interrupt::install()?;
+    let rendered = cluster::render(args, address, python, &interrupt)?;
+    let Some(film) = rendered.film else { return Ok(nothing_saved()) };
+    let pictures = pictures(args, rendered.filename.as_deref())?;
+    finish(args, &film, rendered.done, &pictures, start)
+}
+
+/// What a render did, here or elsewhere.
+#[derive(Debug)]
+pub(crate) struct DoneOf {
+    /// In all (filled in at the end), of loading, of rendering.
+    pub(crate) seconds: [f64; 3],
+    pub(crate) counters: Counters,
+    pub(crate) passes_resumed: u64,
+    pub(crate) threads: usize,
+    pub(crate) interrupted: bool,
+    pub(crate) cluster: Option<Nodes>,
+}
+
+/// Who rendered what, of a cluster.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Nodes {
+    /// Passes by node.
+    nodes: BTreeMap<String, u64>,
+    /// Tasks that ran again, since their worker or node was lost.
+    retries: u64,
+}
+
+fn nothing_saved() -> Status {
+    messages::note("interrupted before the first pass was complete; nothing was saved");
+    Status::Interrupted
+}
+
+/// Saves what was rendered, and says so.
+fn finish(args: &RenderArgs, film: &Film, mut done: DoneOf, pictures: &[PathBuf], start: Instant) -> Done {
+    if film.passes().is_empty() {
+        return Ok(nothing_saved());
     }
-    let developed = job.film().develop();
-    let outputs = save(args, &job, &developed, &pictures, &workers)?;
-    report_bad_samples(args, &job);
-    let seconds = [start.elapsed().as_secs_f64(), load_seconds];
-    let report = report(&job, &developed, &outcome, outputs, seconds, workers.len());
-    tell(args, &report);
-    if let Some(e) = outcome.checkpoint_error {
-        return Err(e.into());
-    }
-    Ok(if outcome.report.cancelled { Status::Interrupted } else { Status::Done })
+    let workers = load::workers(&args.scene)?;
+    let developed = film.develop();
+    let outputs = save(args, film, &developed, pictures, &workers)?;
+    report_bad_samples(args, film);
+    done.seconds[0] = start.elapsed().as_secs_f64();
+    let interrupted = done.interrupted;
+    tell(args, &report(film, &developed, done, outputs));
+    Ok(if interrupted { Status::Interrupted } else { Status::Done })
 }
 
 /// What can be known to go wrong before the work.
 fn check_files(args: &RenderArgs) -> Result<(), Failure> {
     check_endings(&args.output)?;
-    let files = args.output.iter().chain(&args.partial).chain(&args.checkpoint);
+    let files = args.output.iter().chain(&args.partial).chain(&args.checkpoint).chain(&args.events);
     for path in files {
         render::check_writable(path)?;
         if is_same_file(path, &args.scene.scene) {
@@ -114,11 +177,11 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// The pictures to write: those asked for, or the file's own name here, as EXR and PNG.
-fn pictures(args: &RenderArgs, scene: &Scene) -> Result<Vec<PathBuf>, Failure> {
+fn pictures(args: &RenderArgs, own: Option<&str>) -> Result<Vec<PathBuf>, Failure> {
     if !args.output.is_empty() || args.partial.is_some() {
         return Ok(args.output.clone());
     }
-    let own = scene.settings().filename.as_ref().map(Path::new);
+    let own = own.map(Path::new);
     let stem = |path: &Path| path.file_stem().filter(|s| !s.is_empty()).map(PathBuf::from);
     let stem = own.and_then(stem).or_else(|| stem(&args.scene.scene)).unwrap_or_else(|| "steradian".into());
     let pictures: Vec<PathBuf> = ["exr", "png"].map(|ending| with_ending(&stem, ending)).to_vec();
@@ -145,7 +208,7 @@ fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
 /// Writes everything that can be written; then says what could not.
 fn save(
     args: &RenderArgs,
-    job: &Job<'_>,
+    film: &Film,
     developed: &Developed,
     pictures: &[PathBuf],
     workers: &Workers,
@@ -157,10 +220,10 @@ fn save(
         Err(e) => failed = failed.take().or(Some(e)),
     };
     if let Some(path) = &args.partial {
-        note(path, job.film().save(path).map_err(Error::from));
+        note(path, film.save(path).map_err(Error::from));
     }
     if !pictures.is_empty() {
-        let picture = render::picture(job.film(), developed).map_err(Failure::failed)?;
+        let picture = render::picture(film, developed).map_err(Failure::failed)?;
         for path in pictures {
             note(path, workers.install(|| render::save_picture(path, &picture, args.exposure)));
         }
@@ -178,10 +241,10 @@ fn save(
 }
 
 /// Names the bad samples, and how to walk the first of them again.
-fn report_bad_samples(args: &RenderArgs, job: &Job<'_>) {
-    let bad = job.film().bad_samples();
+fn report_bad_samples(args: &RenderArgs, film: &Film) {
+    let bad = film.bad_samples();
     let Some(first) = bad.first().next() else { return };
-    let key = &job.film().settings().key;
+    let key = &film.settings().key;
     messages::warning(&format!(
         "{} bad samples were dropped; the first is at pixel {},{} of pass {} ({})",
         grouped(bad.count()),
@@ -204,34 +267,28 @@ fn report_bad_samples(args: &RenderArgs, job: &Job<'_>) {
     messages::note(&format!("  hint: {again}"));
 }
 
-fn report(
-    job: &Job<'_>,
-    developed: &Developed,
-    outcome: &Outcome,
-    outputs: Vec<PathBuf>,
-    [wall_seconds, load_seconds]: [f64; 2],
-    threads: usize,
-) -> Report {
-    let key = &job.film().settings().key;
-    let run = &outcome.report;
+fn report(film: &Film, developed: &Developed, done: DoneOf, outputs: Vec<PathBuf>) -> Report {
+    let key = &film.settings().key;
+    let [wall_seconds, load_seconds, render_seconds] = done.seconds;
     Report {
         wall_seconds,
         load_seconds,
-        render_seconds: run.elapsed.as_secs_f64(),
-        spp: job.film().passes().len(),
-        rays: run.counters.rays,
-        camera_paths: run.counters.camera_paths,
-        light_paths: run.counters.light_paths,
-        dropped_samples: job.film().bad_samples().count(),
+        render_seconds,
+        spp: film.passes().len(),
+        rays: done.counters.rays,
+        camera_paths: done.counters.camera_paths,
+        light_paths: done.counters.light_paths,
+        dropped_samples: film.bad_samples().count(),
         mean: developed.mean_rgb(),
         relmse_estimate: developed.relmse_estimate(),
-        passes_resumed: outcome.passes_resumed,
+        passes_resumed: done.passes_resumed,
         outputs,
         integrator: key.integrator.clone(),
         settings: key.settings.clone(),
         seed: key.seed,
-        threads,
-        interrupted: run.cancelled,
+        threads: done.threads,
+        interrupted: done.interrupted,
+        cluster: done.cluster,
     }
 }
 

@@ -47,8 +47,9 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     Ok(())
 }
 
-/// Runs a command line, the program's name first, and gives its exit status.
+/// Runs a command line, the program's name first, and gives its exit status; `python` is the interpreter that asks.
 #[pyfunction]
-fn command(py: Python<'_>, args: Vec<String>) -> u8 {
-    py.detach(|| cli::run(args))
+#[pyo3(signature = (args, python=None))]
+fn command(py: Python<'_>, args: Vec<String>, python: Option<std::path::PathBuf>) -> u8 {
+    py.detach(|| cli::run(args, python.as_deref()))
 }
