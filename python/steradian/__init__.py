@@ -15,6 +15,7 @@ from ._native import __version__
 from ._scene import Scene, load
 from ._transforms import look_at, rotate, scale, translate
 from .errors import (
+    ClusterError,
     FilmError,
     FilmTooLargeError,
     OutputError,
@@ -30,6 +31,7 @@ __all__ = [
     "Advice",
     "Bsdf",
     "Comparison",
+    "ClusterError",
     "Estimate",
     "FilmError",
     "FilmTooLargeError",

@@ -49,7 +49,45 @@ def render(
 
     Raises SceneError, ParameterError, FilmError, FilmTooLargeError, ResumeError, OutputError.
     """
-    request = _request(
+    request = request_of(
+        integrator=integrator,
+        spp=spp,
+        time=time,
+        error=error,
+        passes=passes,
+        seed=seed,
+        threads=threads,
+        resolution=resolution,
+        crop=crop,
+        spectral=spectral,
+        checkpoint=checkpoint,
+        checkpoint_every=checkpoint_every,
+        resume=resume,
+        **parameters,
+    )
+    scene = scene if isinstance(scene, Scene) else load(scene)
+    return _run(scene, request, None, progress, on_progress)
+
+
+def request_of(
+    *,
+    integrator: str | None = None,
+    spp: int | None = None,
+    time: float | None = None,
+    error: str | float | None = None,
+    passes: tuple[int, int] | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    resolution: tuple[int, int] | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    spectral: bool = False,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 30.0,
+    resume: bool = False,
+    **parameters: object,
+) -> dict[str, Any]:
+    """What the arguments of `render` ask for, as the compiled half reads it."""
+    return _request(
         integrator=integrator,
         settings=_settings(parameters),
         seed=seed,
@@ -65,8 +103,6 @@ def render(
         checkpoint_every=checkpoint_every,
         resume=resume,
     )
-    scene = scene if isinstance(scene, Scene) else load(scene)
-    return _run(scene, request, None, progress, on_progress)
 
 
 def live(

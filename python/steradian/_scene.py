@@ -121,7 +121,7 @@ class Scene:
     ) -> None:
         self._native = _made if _made is not None else _native.Scene(strict)
         self._lowering = Lowering(self._native)
-        self._files: Any = None
+        self._strict = strict
         if content is not None:
             self._fill(content)
         self._fill(
@@ -321,7 +321,9 @@ def load(
     all that is wrong with file, line and column; warns with SceneWarning.
     """
     given = [(name, _text(value)) for name, value in (defines or {}).items()]
-    return Scene(_made=_native.Scene.load(Path(path), strict, given))
+    scene = Scene(_made=_native.Scene.load(Path(path), strict, given))
+    scene._strict = strict
+    return scene
 
 
 def _text(value: object) -> str:

@@ -2,7 +2,7 @@
 
 A render is cut into ranges of passes; each is a task that gives a partial film, and partial films add exactly, in any order.
 Tasks are pure: when a worker or its node dies they run again elsewhere, which costs time and nothing else. The scene travels
-once as one object with all its files, and stays compiled in every worker process.
+once to each node as one object with all its files, images decoded, and stays compiled in every worker process.
 
 Needs ``pip install steradian[cluster]``. Without an address Ray starts on this machine.
 """
@@ -11,41 +11,46 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-import time as _time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import socket
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from . import _api, _native
-from ._image import Image, merge
+from . import _api, _progress
+from ._farm import Farm, Picture, Progress
+from ._image import Image
 from ._scene import Scene, load
-from .errors import ParameterError, SteradianError
+from .errors import ClusterError, ParameterError
 
-Progress = Callable[[dict[str, Any]], "bool | None"]
+__all__ = ["ClusterError", "connect", "render", "render_many"]
 
-_scenes: dict[str, Scene] = {}
-"""In a worker process: the scenes that it has compiled, by content hash."""
-
-_KEPT = 2
-"""Scenes that a worker process keeps."""
-
-
-class ClusterError(SteradianError):
-    """The cluster cannot be reached, or its workers cannot do the work."""
+_PATIENCE = 5.0
+"""Seconds to wait for somebody who does not answer."""
 
 
 def connect(address: str | None = None) -> Any:
-    """Connects to Ray (``"auto"``, ``"HOST:PORT"``, ``"ray://..."``), or starts it on this machine; gives the module."""
+    """Connects to Ray and gives the module: ``"HOST:PORT"``, ``"ray://HOST:PORT"``, ``"auto"`` for the cluster that this
+    machine belongs to, ``"local"`` to start one on this machine. `None`: what is connected already, else as ``"local"``.
+
+    Raises ClusterError within seconds if nobody answers there.
+    """
     try:
         import ray
     except ImportError as e:
-        raise ClusterError("Ray is missing: pip install steradian[cluster]") from e
-    if not ray.is_initialized():
-        try:
-            ray.init(address=address, log_to_driver=False, include_dashboard=False if address is None else None)
-        except (ConnectionError, ValueError, RuntimeError, TimeoutError) as e:
-            raise ClusterError(f"cannot reach a Ray cluster at {address or 'this machine'}: {e}") from e
+        raise ClusterError("Ray is missing: pip install 'steradian[cluster]'") from e
+    if ray.is_initialized():
+        return ray
+    where = None if address in (None, "local") else address
+    if where is not None and where != "auto":
+        _check(where)
+    try:
+        # A cluster that runs here already is asked for by "auto".
+        ray.init(
+            address=where or "local", log_to_driver=False, include_dashboard=False if where is None else None
+        )
+    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as e:
+        why = " ".join(str(e).split())[:400] or type(e).__name__
+        raise ClusterError(f"cannot reach a Ray cluster at {address or 'this machine'}: {why}") from e
     return ray
 
 
@@ -54,37 +59,70 @@ def render(
     *,
     address: str | None = None,
     spp: int | None = None,
+    passes: tuple[int, int] | None = None,
+    camera: Any = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 30.0,
+    resume: bool = False,
+    progress: bool = True,
     on_progress: Progress | None = None,
     events: str | os.PathLike[str] | None = None,
     passes_per_task: int | None = None,
-    cpus_per_task: int = 1,
+    cpus_per_task: int | None = None,
+    fan_in: int | None = None,
     **how: Any,
 ) -> Image:
-    """Renders on a Ray cluster; `how` is as for `steradian.render`, but for `time` and checkpoints.
+    """Renders on a Ray cluster; `how` is as for `steradian.render`, but for `time`.
 
-    Results are merged as they arrive; no more of them wait than the cluster has processors. `on_progress` hears an event for
-    each, with the ``image`` so far, and ends the render with it by returning True, as Ctrl-C does. `events` names a file to
-    which they are appended as lines of JSON. ``metadata["nodes"]`` counts the passes of each node, ``metadata["retries"]`` the
-    tasks that ran more than once. Nodes may join and leave meanwhile.
+    Results are merged as they arrive; no more of them wait than twice the cluster's processors. `on_progress` hears what
+    happens as dicts (see docs/guide/farms.md), at least once a second; their ``["image"]`` is the picture so far. It ends the
+    render with that by returning True, as Ctrl-C does. `events` names a file to which the dicts are appended as lines of JSON.
+    ``metadata["nodes"]`` counts the passes of each node, ``metadata["retries"]`` the tasks that ran again. Nodes may join and
+    leave meanwhile. `checkpoint` is the driver's: with `resume` a new driver goes on from it.
+
+    `camera` is another than the scene's. A task has `passes_per_task` passes (by default as it pays) on `cpus_per_task`
+    threads (by default one, or more where there are too few passes for all processors); `fan_in` films are merged by a task before the driver gets them (1 up to 64 tasks at a time, then 16).
+
+    Raises what `steradian.render` does, and ClusterError.
     """
-    for name in ("time", "passes", "checkpoint", "resume"):
-        if how.pop(name, None):
-            raise ParameterError(f"a render on a cluster has no {name}: give spp")
-    how.pop("progress", None)
-    how.pop("threads", None)
-    scene = scene if isinstance(scene, Scene) else load(scene)
-    n = int(scene.sampler["spp"] if spp is None else spp)
-    if n < 1:
-        raise ParameterError(f"spp cannot be {n}: expected a whole number from 1")
-    ray = connect(address)
+    picture = _picture(
+        scene, spp=spp, passes=passes, camera=camera, checkpoint=checkpoint, resume=resume, how=how
+    )
+    bar = _progress.bar(progress)
 
-    cpus = max(int(ray.cluster_resources().get("CPU", 1)), 1)
-    step = passes_per_task or max(1, n // (8 * cpus))
-    ranges = [(a, min(a + step, n)) for a in range(0, n, step)]
-    packed, content = ray.put(scene._native.pack()), scene.content_hash
-    version = _native.__version__
-    task = ray.remote(_cell).options(num_cpus=cpus_per_task, max_retries=-1, retry_exceptions=False)
-    return _Run(ray, task, (packed, content, version, how), ranges, cpus, on_progress, events).image()
+    def listener(event: dict[str, Any]) -> bool | None:
+        bar.on(event)
+        return on_progress(event) if on_progress is not None else None
+
+    farm = Farm(
+        connect(address),
+        iter([picture]),
+        passes_per_task=passes_per_task,
+        cpus_per_task=cpus_per_task,
+        fan_in=fan_in,
+        on_progress=listener,
+        events=events,
+        checkpoint_every=checkpoint_every,
+    )
+    try:
+        farm.run()
+    except KeyboardInterrupt:
+        if picture.done == 0:
+            raise
+    finally:
+        bar.end()
+    image = picture.image()
+    if image is None:
+        raise KeyboardInterrupt
+    image._report.update(
+        interrupted=picture.done < picture.passes[1] - picture.passes[0],
+        nodes=dict(picture.nodes),
+        retries=picture.retries,
+        duplicates=picture.duplicates,
+        passes_resumed=picture.resumed,
+        wall_seconds=farm.elapsed,
+    )
+    return image
 
 
 def render_many(
@@ -93,137 +131,93 @@ def render_many(
     *,
     address: str | None = None,
     name: Callable[[int], str] = "{:04}.exr".format,
+    on_progress: Progress | None = None,
+    events: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 30.0,
+    passes_per_task: int | None = None,
+    cpus_per_task: int | None = None,
+    fan_in: int | None = None,
     **shared: Any,
 ) -> list[Path]:
-    """Renders many pictures into a folder: frames, cameras, sweeps. What is there already is skipped, so that a run that
-    ended early goes on.
+    """Renders many pictures into a folder: frames, cameras, sweeps. Gives their paths, of those that are there.
 
-    Each job is the arguments of `render` (with its ``scene``) that are not `shared` by all.
+    Each job is the arguments of `render` that are not `shared` by all: its ``scene``, a ``camera``, a ``seed``, a ``name``.
+    Tasks of a picture begin before the one before it has ended, and each is saved as soon as it is done. What is there already
+    is skipped, and what was begun (saved beside it, as ``.partial``) goes on: run it again after any accident.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    done = []
-    for i, job in enumerate(jobs):
-        path = folder / name(i)
-        if not path.exists():
-            arguments = {**shared, **job}
-            render(arguments.pop("scene"), address=address, **arguments).save(path)
-        done.append(path)
-    return done
+    paths: list[Path] = []
 
-
-class _Run:
-    """The driver's side of a render."""
-
-    def __init__(
-        self,
-        ray: Any,
-        task: Any,
-        shared: tuple[Any, str, str, Mapping[str, Any]],
-        ranges: Sequence[tuple[int, int]],
-        cpus: int,
-        on_progress: Progress | None,
-        events: str | os.PathLike[str] | None,
-    ) -> None:
-        self._ray, self._task, self._shared = ray, task, shared
-        self._waiting = list(reversed(ranges))
-        self._n = ranges[-1][1]
-        self._window = 2 * cpus
-        self._on_progress, self._events = on_progress, None if events is None else Path(events)
-        self._running: dict[Any, tuple[int, int]] = {}
-        self._image: Image | None = None
-        self._nodes: dict[str, int] = {}
-        self._retries = 0
-        self._start = _time.monotonic()
-
-    def image(self) -> Image:
-        """Renders all ranges, or until somebody stops it."""
-        interrupted = False
-        try:
-            while self._waiting or self._running:
-                self._submit()
-                if self._collect():
-                    interrupted = bool(self._waiting or self._running)
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
-            if self._image is None:
-                raise
-        finally:
-            for ref in self._running:
-                self._ray.cancel(ref, force=False)
-        assert self._image is not None
-        self._image._report.update(
-            interrupted=interrupted,
-            nodes=dict(self._nodes),
-            retries=self._retries,
-            wall_seconds=_time.monotonic() - self._start,
-        )
-        return self._image
-
-    def _submit(self) -> None:
-        while self._waiting and len(self._running) < self._window:
-            passes = self._waiting.pop()
-            packed, *rest = self._shared
-            self._running[self._task.remote(packed, *rest, passes)] = passes
-
-    def _collect(self) -> bool:
-        """Merges what is done; True if somebody wants to stop."""
-        done, _ = self._ray.wait(list(self._running), num_returns=1, timeout=1.0)
-        stop = False
-        for ref in done:
-            passes = self._running.pop(ref)
-            try:
-                data, report, node, attempt = self._ray.get(ref)
-            except self._ray.exceptions.RayTaskError as e:
-                cause = getattr(e, "cause", None)
-                raise cause if isinstance(cause, SteradianError) else ClusterError(str(e)) from None
-            except self._ray.exceptions.RayError:
-                # Ray gave up on it; we do not.
-                self._waiting.append(passes)
-                self._retries += 1
+    def pictures() -> Iterator[Picture]:
+        scenes: dict[str, Scene] = {}
+        for i, job in enumerate(jobs):
+            how = {**shared, **job}
+            path = folder / how.pop("name", name(i))
+            paths.append(path)
+            if path.exists():
                 continue
-            part = Image.from_bytes(data)
-            part._report = report
-            self._image = part if self._image is None else merge([self._image, part])
-            self._nodes[node] = self._nodes.get(node, 0) + passes[1] - passes[0]
-            self._retries += attempt
-            stop = self._tell(passes, node) or stop
-        return stop
+            scene = how.pop("scene")
+            if not isinstance(scene, Scene):
+                scenes = {k: v for k, v in scenes.items() if k == str(scene)} or {str(scene): load(scene)}
+                scene = scenes[str(scene)]
+            begun = path.with_name(path.name + ".partial")
+            given = {k: how.pop(k, None) for k in ("spp", "passes", "camera")}
+            yield _picture(scene, checkpoint=begun, resume=True, path=path, how=how, **given)
 
-    def _tell(self, passes: tuple[int, int], node: str) -> bool:
-        assert self._image is not None
-        event = {
-            "event": "partial",
-            "passes": list(passes),
-            "node": node,
-            "fraction": self._image.spp / self._n,
-            "elapsed_seconds": _time.monotonic() - self._start,
-            "retries": self._retries,
-        }
-        if self._events is not None:
-            with self._events.open("a") as file:
-                file.write(json.dumps(event) + "\n")
-        return bool(self._on_progress({**event, "image": self._image})) if self._on_progress else False
+    def save(picture: Picture) -> None:
+        image = picture.image()
+        assert image is not None and picture.path is not None and picture.checkpoint is not None
+        image.save(picture.path)
+        picture.checkpoint.unlink(missing_ok=True)
+        picture.film = type(picture.film)()
+
+    Farm(
+        connect(address),
+        pictures(),
+        passes_per_task=passes_per_task,
+        cpus_per_task=cpus_per_task or 1,
+        fan_in=fan_in,
+        on_progress=on_progress,
+        events=events,
+        checkpoint_every=checkpoint_every,
+        on_done=save,
+    ).run()
+    return [path for path in paths if path.exists()]
 
 
-def _cell(
-    packed: bytes, content: str, version: str, how: Mapping[str, Any], passes: tuple[int, int]
-) -> tuple[bytes, dict[str, Any], str, int]:
-    """On a worker: some passes of a scene."""
-    import ray
+def _picture(
+    scene: Scene | str | os.PathLike[str],
+    *,
+    how: dict[str, Any],
+    spp: int | None = None,
+    passes: tuple[int, int] | None = None,
+    camera: Any = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    path: Path | None = None,
+) -> Picture:
+    if how.pop("time", None) is not None:
+        raise ParameterError("a render on a cluster has no time: give spp")
+    how = {k: v for k, v in how.items() if k not in ("progress", "threads")}
+    scene = scene if isinstance(scene, Scene) else load(scene)
+    if spp is None and passes is None:
+        spp = int(scene.sampler["spp"])
+    request = _api.request_of(spp=spp, passes=passes, checkpoint=checkpoint, resume=resume, **how)
+    a, b = request["passes"]
+    if not 0 <= a < b:
+        raise ParameterError(f"passes {a}..{b} are none")
+    seen = None if camera is None else json.dumps(scene._lowering.family("CameraDesc", camera, "camera"))
+    return Picture(scene, how, (a, b), seen, request["checkpoint"], resume, path)
 
-    if _native.__version__ != version:
-        raise ClusterError(f"a worker has version {_native.__version__} of steradian, the driver {version}")
-    scene = _scenes.get(content)
-    if scene is None:
-        while len(_scenes) >= _KEPT:
-            del _scenes[next(iter(_scenes))]
-        # The files are needed again when an option makes the scene compile anew; they go with the process.
-        folder = tempfile.TemporaryDirectory(prefix="steradian-")
-        scene = _scenes[content] = Scene(_made=_native.Scene.unpack(packed, Path(folder.name)))
-        scene._files = folder
-    image = _api.render(scene, passes=passes, threads=1, progress=False, **how)
-    context = ray.get_runtime_context()
-    attempt = getattr(context, "get_attempt_number", lambda: 0)()
-    return image.to_bytes(), image._report, context.get_node_id(), attempt
+
+def _check(address: str) -> None:
+    """Is there somebody at an address? Ray itself would try for a minute."""
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not colon or not port.isdigit() or not host:
+        raise ClusterError(f"{address} is no address of a cluster: expected HOST:PORT, ray://HOST:PORT, auto or local")
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE):
+            pass
+    except (OSError, OverflowError) as e:
+        raise ClusterError(f"cannot reach a Ray cluster at {address}: {e}") from None

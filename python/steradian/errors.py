@@ -32,6 +32,10 @@ class OutputError(SteradianError, OSError):
     """A file cannot be written or read."""
 
 
+class ClusterError(SteradianError):
+    """The cluster cannot be reached, or its workers cannot do the work."""
+
+
 class SceneWarning(UserWarning):
     """The scene renders, but something in it is not as it asks."""
 

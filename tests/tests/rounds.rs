@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use render::{Cancel, Job, Method, SceneOptions, Stop};
+use render::{Cancel, Checkpoint, Job, Method, SceneOptions, Stop};
 use steradian_tests::{bytes, open, workers};
 
 /// Small, and cheap to learn.
@@ -45,6 +45,30 @@ fn what_was_learned_elsewhere_gives_the_same_bits() {
         assert!(pupil.take_learned(&second), "{name}");
         assert!(render(&mut pupil, 64..66) == alone, "{name}");
         assert!(!new().take_learned(&second[..second.len() / 2]), "{name}: half of it is refused");
+    }
+}
+
+/// A checkpoint has nothing but the film, and yet every integrator goes on from it as if it had never stopped, those too that
+/// learn from pass to pass.
+#[test]
+fn a_resumed_render_has_the_bits_of_an_uninterrupted_one_for_every_integrator() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/rough-glass.pbrt");
+    let scene = open(&path, &SceneOptions { resolution: Some([20, 20]), ..SceneOptions::default() });
+    let folder = tempfile::tempdir().unwrap_or_else(|e| panic!("{e}"));
+    for info in integrators::list() {
+        let new = || Job::new(&scene, &method(info.name)).unwrap_or_else(|e| panic!("{e}"));
+        let every = std::time::Duration::from_secs(3600);
+        let checkpoint = Checkpoint { path: folder.path().join(info.name), every, resume: true };
+        let go_on = |to: u32| {
+            let mut job = new();
+            let stop = Stop::Passes(0..to);
+            let done = job.render(&stop, Some(&checkpoint), &workers(2), &Cancel::default(), &mut |_| {});
+            (done.unwrap_or_else(|e| panic!("{e}")).passes_resumed, bytes(job.film()))
+        };
+        // At twice the passes, guided reads another round.
+        assert_eq!(go_on(40).0, 0);
+        let (resumed, film) = go_on(90);
+        assert!(resumed == 40 && film == render(&mut new(), 0..90), "{}", info.name);
     }
 }
 

@@ -27,6 +27,8 @@ impl Checkpoint {
     /// # Errors
     /// There is a file that is not a film, is damaged, or cannot be read.
     pub fn begin(&self) -> Result<Option<Film>, Error> {
+        // A killed render may have left half a file beside it.
+        Film::remove_leftovers(&self.path);
         if !self.path.exists() {
             return Ok(None);
         }

@@ -126,12 +126,29 @@ impl Film {
         let io = |source: std::io::Error| Error::Io { path: path.to_owned(), source };
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let (arrays, head) = self.arrays()?;
-        let file = new_file(folder).map_err(io)?;
+        let file = new_file(folder, &temporary_prefix(path)).map_err(io)?;
         safetensors::serialize_to_file(arrays, Some(head), file.path())
             .map_err(|e| io(std::io::Error::other(e)))?;
         file.as_file().sync_all().map_err(io)?;
         file.persist(path).map_err(|e| io(e.error))?;
         Ok(())
+    }
+
+    /// Removes what a [`Film::save`] under this name left behind when its process was killed. Only for a name that no other process
+    /// writes to.
+    pub fn remove_leftovers(path: impl AsRef<Path>) {
+        let path = path.as_ref();
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let prefix = temporary_prefix(path);
+        let Ok(entries) = std::fs::read_dir(folder) else { return };
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with(&prefix) && name.ends_with(TEMPORARY) {
+                // Litter that cannot be removed harms nobody.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
     }
 
     /// Reads a partial file.
@@ -179,10 +196,18 @@ impl Film {
     }
 }
 
+/// How the names of temporary files end.
+const TEMPORARY: &str = ".tmp";
+
+/// How the names of temporary files of a file begin.
+fn temporary_prefix(path: &Path) -> String {
+    format!(".{}.steradian-", path.file_name().map(|n| n.to_string_lossy()).unwrap_or_default())
+}
+
 /// A temporary file that, once renamed, has the rights of any other new file.
-fn new_file(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+fn new_file(folder: &Path, prefix: &str) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".steradian-").suffix(".partial");
+    builder.prefix(prefix).suffix(TEMPORARY);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
