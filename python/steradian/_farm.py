@@ -437,6 +437,9 @@ class Farm:
         """A worker or a node is gone, or what it made: its passes wait again. Only a cluster on which nothing works any more,
         where task after task ends its worker and none is done in between, is given up."""
         why = type(e).__name__
+        if task.plans:
+            task.picture.retries += 1
+            self._tell("retry", task.picture, passes=list(task.picture.passes), reason=why)
         for passes in task.passes:
             twin = any(
                 t.data is not None and t.picture is task.picture and t.passes == [passes] for t in self._running.values()
@@ -444,9 +447,10 @@ class Farm:
             if not twin:
                 task.picture.give_back(passes)
             self._tell("retry", task.picture, passes=list(passes), reason=why)
-        # What was learned may be what is lost.
-        for key in [k for k in self._learned if k[0] == id(task.picture)] if "Object" in why else []:
-            del self._learned[key]
+        # What was learned may be what is lost: then it is learned again.
+        for key, (_, rays) in list(self._learned.items()):
+            if key[0] == id(task.picture) and ("Object" in why or self._is_lost(rays)):
+                del self._learned[key]
         if why != "NodeDiedError":
             self._crashes += 1
         if self._crashes > max(16, 4 * self._slots):
@@ -455,6 +459,14 @@ class Farm:
                 f"{self._crashes} tasks in a row ended their workers, and none was done in between{memory} "
                 f"({why}: {str(e).splitlines()[0] if str(e) else 'no reason given'})"
             )
+
+    def _is_lost(self, ref: Any) -> bool:
+        ready, _ = self._ray.wait([ref], num_returns=1, timeout=0)
+        try:
+            self._ray.get(ready)
+        except self._ray.exceptions.RayError:
+            return True
+        return False
 
     # Beside the work.
 

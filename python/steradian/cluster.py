@@ -10,6 +10,7 @@ Needs ``pip install steradian[cluster]``. Without an address Ray starts on this 
 from __future__ import annotations
 
 import json
+import logging
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -46,7 +47,10 @@ def connect(address: str | None = None) -> Any:
     try:
         # A cluster that runs here already is asked for by "auto".
         ray.init(
-            address=where or "local", log_to_driver=False, include_dashboard=False if where is None else None
+            address=where or "local",
+            log_to_driver=False,
+            logging_level=logging.WARNING,
+            include_dashboard=False if where is None else None,
         )
     except (ConnectionError, ValueError, RuntimeError, TimeoutError) as e:
         why = " ".join(str(e).split())[:400] or type(e).__name__
