@@ -27,6 +27,8 @@ _LONGEST_TASK = 60.0
 """Seconds that a task should take at most: what the loss of a processor costs."""
 _SHORTEST_TASK = 0.5
 """Seconds below which starting a task costs more than it spreads."""
+_FILM_SHARE = 0.1
+"""Share of a task's time that packing its film should have at most."""
 _BEAT = 1.0
 """Seconds between looks at the cluster, and between events of progress."""
 _SLOW = 1.5
@@ -127,6 +129,10 @@ class _Task:
     """Reference of the film, of a task that renders."""
     told: list[dict[str, Any]] = field(default_factory=list)
     """About the films that it merges."""
+    film: Any = None
+    """Reference of what it gave, while that waits to be merged."""
+    level: int = 0
+    """In the merge tree; 0: it renders."""
     since: float = field(default_factory=time.monotonic)
 
     @property
@@ -174,11 +180,11 @@ class Farm:
         self._on_done = on_done
         self._open: list[Picture] = []
         self._running: dict[Any, _Task] = {}
-        self._unmerged: list[tuple[Picture, Range, Any, dict[str, Any]]] = []
+        self._unmerged: list[_Task] = []
         self._functions: dict[Any, Any] = {}
         self._packed: dict[str, Any] = {}
         self._learned: dict[tuple[int, int], tuple[Any, Any]] = {}
-        self._per_pass: dict[int, float] = {}
+        self._per_pass: dict[int, tuple[float, float]] = {}
         self._seconds: list[float] = []
         self._nodes: set[str] = set()
         self._slots, self._per_node = 1, [1]
@@ -267,16 +273,11 @@ class Farm:
             self._slots = max(1, sum(c // self._cpus for c in self._per_node))
 
     def _chunk(self, picture: Picture) -> int:
-        """Passes for a task: shorter ones towards the end, so that all end at once; none too long or too short."""
         if self._passes_per_task is not None:
             return self._passes_per_task
-        a, b = picture.passes
-        most, left = max(1, (b - a) // (8 * self._slots)), sum(d - c for c, d in picture.todo)
-        n = min(most, max(1, left // (3 * self._slots)))
-        per_pass = self._per_pass.get(id(picture))
-        if per_pass:
-            n = min(max(n, int(_SHORTEST_TASK / per_pass)), max(1, int(_LONGEST_TASK / per_pass)))
-        return n
+        left = sum(b - a for a, b in picture.todo)
+        per_pass, packing = self._per_pass.get(id(picture), (0.0, 0.0))
+        return chunk(picture.passes[1] - picture.passes[0], left, self._slots, per_pass, packing)
 
     def _common(self, picture: Picture) -> tuple[Any, _worker.Work]:
         """The scene's reference, put once for all pictures that it is in; and what tasks share."""
@@ -335,22 +336,25 @@ class Farm:
                 self._render(task.picture, passes)
 
     @property
-    def _group(self) -> int:
-        """Films that a task merges before the driver gets them."""
-        return self._fan_in or (1 if self._slots <= 64 else 16)
+    def _tree(self) -> tuple[int, int]:
+        return tree(self._slots) if self._fan_in is None else (self._fan_in, int(self._fan_in > 1))
 
     def _merge_in_tasks(self) -> None:
         """On large clusters, films become fewer on their way to the driver."""
-        for picture in list(self._open):
-            mine = [u for u in self._unmerged if u[0] is picture]
+        fan_in, levels = self._tree
+        for picture in list(self._open) if self._unmerged else ():
             rendering = any(t.data is not None and t.picture is picture for t in self._running.values())
-            if not mine or (len(mine) < self._group and (picture.todo or rendering)):
-                continue
-            for i in range(0, len(mine), self._group):
-                some = mine[i : i + self._group]
-                ref = self._remote(_worker.merged, num_cpus=0).remote(*(data for _, _, data, _ in some))
-                self._running[ref] = _Task(picture, [r for _, r, _, _ in some], told=[told for *_, told in some])
-            self._unmerged = [u for u in self._unmerged if u[0] is not picture]
+            is_last = not picture.todo and not rendering
+            for level in [0] if is_last else range(max(levels, 1)):
+                mine = [t for t in self._unmerged if t.picture is picture and (is_last or t.level == level)]
+                if len(mine) < (1 if is_last else fan_in):
+                    continue
+                for i in range(0, len(mine), max(fan_in, 2)):
+                    some = mine[i : i + max(fan_in, 2)]
+                    ref = self._remote(_worker.merged, num_cpus=0).remote(*(t.film for t in some))
+                    passes, told = [r for t in some for r in t.passes], [about for t in some for about in t.told]
+                    self._running[ref] = _Task(picture, passes, told=told, level=levels if is_last else level + 1)
+                self._unmerged = [t for t in self._unmerged if t not in mine]
 
     # What came of it.
 
@@ -379,12 +383,15 @@ class Farm:
         try:
             if task.plans:
                 picture.rounds = _of(picture.passes, self._ray.get(ref))
+            elif task.merges and task.level < self._tree[1]:
+                self._keep(task, ref)
             elif task.merges:
                 self._add(task, self._ray.get(ref))
-            elif self._group > 1:
+            elif self._tree[1] > 0:
                 told = self._ray.get(ref)
                 self._hear(task, told)
-                self._unmerged.append((picture, task.passes[0], task.data, told))
+                task.told = [told]
+                self._keep(task, task.data)
             else:
                 told, data = self._ray.get([ref, task.data])
                 self._hear(task, told)
@@ -396,6 +403,10 @@ class Farm:
         except self._ray.exceptions.RayError as e:
             self._lose(task, e)
 
+    def _keep(self, task: _Task, film: Any) -> None:
+        """A film stays where it is until a task merges it with others."""
+        self._unmerged.append(_Task(task.picture, task.passes, film=film, told=task.told, level=task.level))
+
     def _hear(self, task: _Task, told: dict[str, Any]) -> None:
         """A task is done: how long it took, what it warns of; its duplicate is no longer needed."""
         picture, (passes,) = task.picture, task.passes
@@ -403,7 +414,8 @@ class Farm:
             if other.picture is picture and other.passes == task.passes and other.data is not None:
                 del self._running[ref]
                 self._ray.cancel(ref, force=False)
-        self._per_pass[id(picture)] = told["render_seconds"] / (passes[1] - passes[0])
+        n = passes[1] - passes[0]
+        self._per_pass[id(picture)] = told["render_seconds"] / n, told["packing_seconds"]
         self._seconds = [*self._seconds[-99:], told["seconds"]]
         for text in told["warnings"]:
             if picture.scene._strict:
@@ -530,6 +542,25 @@ class Farm:
                 file.write(json.dumps(told) + "\n")
         if self._on_progress is not None and self._on_progress(told):
             self._stopped = True
+
+
+def chunk(passes: int, left: int, slots: int, per_pass: float, packing: float) -> int:
+    """Passes for the next task: about eight tasks for each of the `slots` that run at a time, shorter ones towards the end so that
+    all end at once; none that takes too long, or too short a time for its start and the `packing` of its film, as long as there
+    is one for each. `per_pass` is 0 while that is not known; both in seconds.
+    """
+    n = max(1, min(passes // (8 * slots), left // (3 * slots)))
+    if per_pass > 0.0:
+        least = max(_SHORTEST_TASK, packing / _FILM_SHARE)
+        n = max(n, min(int(least / per_pass), left // slots))
+        n = min(n, max(1, int(_LONGEST_TASK / per_pass)))
+    return n
+
+
+def tree(slots: int) -> tuple[int, int]:
+    """Films that a task merges on their way to the driver, and how often: nothing up to 64 tasks at a time, then by 16, beyond
+    1024 twice."""
+    return (1, 0) if slots <= 64 else (16, 1) if slots <= 1024 else (16, 2)
 
 
 def _learns(picture: Picture) -> bool:

@@ -50,13 +50,16 @@ def cell(
         warnings.simplefilter("always", SceneWarning)
         scene, request = _scene(packed, work), _request(work, passes)
         film, report = _native.render(scene, request, None, None, learned)
+    rendered = time.monotonic()
+    data = film.to_bytes()
     told = {
         **report,
         **where(),
         "seconds": time.monotonic() - began,
+        "packing_seconds": time.monotonic() - rendered,
         "warnings": [str(w.message) for w in caught if issubclass(w.category, SceneWarning)],
     }
-    return told, film.to_bytes()
+    return told, data
 
 
 def plan(packed: bytes, work: Work, passes: tuple[int, int]) -> list[tuple[int, int]]:

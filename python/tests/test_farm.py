@@ -116,14 +116,27 @@ def test_the_driver_holds_no_more_than_two_results_for_each_processor(fake: Fake
     assert fake.most_waiting <= 4
 
 
-def test_results_in_any_order_and_through_a_merge_tree_give_the_same_bits(fake: FakeRay) -> None:
+def test_results_in_any_order_and_through_a_merge_tree_give_the_same_bits(
+    fake: FakeRay, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_farm, "tree", lambda slots: (2, 3))
     fake.choose = lambda refs: refs[len(fake.log) % len(refs)]
-    for fan_in in [1, 2, 3, 7]:
+    for fan_in in [1, 2, 3, 7, None]:
         for integrator in ["path", "light", "guided", "irradiance-cache"]:
             image = many(integrator=integrator, spp=20, passes_per_task=1, fan_in=fan_in)
             assert image.to_bytes() == one(integrator=integrator, spp=20), (fan_in, integrator)
             assert image.metadata["nodes"] == {"n0": 20} and image.metadata["rays"] > 0
     assert Counter(name for name, _ in fake.log)["merged"] > 20
+
+
+def test_tasks_are_as_long_as_it_pays(fake: FakeRay) -> None:
+    assert _farm.chunk(1024, 1024, 16, 0.0, 0.0) == 8, "eight tasks each"
+    assert _farm.chunk(1024, 96, 16, 1.0, 0.0) == 2, "shorter ones at the end"
+    assert _farm.chunk(10**6, 10**6, 4, 0.1, 0.0) == 600, "a minute"
+    assert _farm.chunk(1000, 1000, 4, 1e-3, 0.0) == 250, "no dust, but one for each"
+    assert _farm.chunk(1024, 1024, 16, 0.5, 1.0) == 20, "ten times as long as it takes to pack the film"
+    assert _farm.chunk(100, 1, 64, 5.0, 0.0) == 1
+    assert [_farm.tree(n) for n in (64, 65, 5000)] == [(1, 0), (16, 1), (16, 2)]
 
 
 def test_what_is_lost_runs_again_however_often_nodes_die(fake: FakeRay) -> None:

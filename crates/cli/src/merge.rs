@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use film::{Film, Merged};
-use render::{Error, Workers};
+use render::Workers;
 use serde::Serialize;
 
 use crate::args::MergeArgs;
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &MergeArgs) -> Done {
                 sheet = render::save_sheet(path, &picture, args.exposure)?;
             }
         } else {
-            film.save(path).map_err(Error::from)?;
+            render::save_film(&film, path)?;
         }
     }
 

@@ -220,7 +220,7 @@ fn save(
         Err(e) => failed = failed.take().or(Some(e)),
     };
     if let Some(path) = &args.partial {
-        note(path, film.save(path).map_err(Error::from));
+        note(path, render::save_film(film, path));
     }
     if !pictures.is_empty() {
         let picture = render::picture(film, developed).map_err(Failure::failed)?;

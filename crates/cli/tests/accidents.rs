@@ -163,8 +163,8 @@ fn a_checkpoint_of_something_else_is_refused_by_name_and_stays() {
         assert!(before == fs::read(path.join(name)).unwrap() && !path.join("x.exr").exists());
     };
     refused("old", &["settings", "version=0.0"], &[]);
-    refused("c", &["integrators path and light"], &["--integrator", "light"]);
-    refused("c", &["resolutions 16 x 12 and 8 x 8"], &["--resolution", "8x8"]);
+    refused("c", &["integrators light and path"], &["--integrator", "light"]);
+    refused("c", &["resolutions 8 x 8 and 16 x 12"], &["--resolution", "8x8"]);
 
     // Damaged, cut, empty, and no film at all.
     let bytes = fs::read(path.join("c")).unwrap();

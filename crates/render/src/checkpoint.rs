@@ -3,7 +3,7 @@
 //! A checkpoint is a partial film: whole passes, exact. As every pass is a pure function of its number, nothing else has to be
 //! kept, and a resumed render has the bits of an uninterrupted one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use film::Film;
@@ -49,6 +49,14 @@ impl Checkpoint {
     pub(crate) fn refused(&self, e: &film::Error) -> Error {
         Error::Resume { path: self.path.clone(), reason: innermost(e) }
     }
+}
+
+/// Writes a film as a partial file, whole or not at all.
+///
+/// # Errors
+/// Why not; then an old file is as it was.
+pub fn save_film(film: &Film, path: &Path) -> Result<(), Error> {
+    film.save(path).map_err(|e| Error::Output { path: path.to_owned(), reason: innermost(&e) })
 }
 
 /// What is wrong, without the path, which is said already.

@@ -10,7 +10,7 @@ use scene::Scene;
 use scene_desc::{FilterDesc, IntegratorDesc, LightSelection, ParameterValue};
 
 use crate::cells::TILE_SIDE;
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{Checkpoint, save_film};
 use crate::events::{Cancel, Event};
 use crate::memory;
 use crate::open::SCENE_SETTINGS;
@@ -157,7 +157,7 @@ impl<'s> Job<'s> {
         let passes_resumed = self.film.passes().len() - before;
 
         let mut save = |film: &Film| match checkpoint {
-            Some(checkpoint) => Ok(film.save(&checkpoint.path)?),
+            Some(checkpoint) => save_film(film, &checkpoint.path),
             None => Ok(()),
         };
         let checkpointer =

@@ -27,7 +27,7 @@ mod workers;
 pub use bench::{BenchRays, RayRates};
 pub use bench_scene::bench_scene;
 pub use cells::{TILE_SIDE, of_pass};
-pub use checkpoint::Checkpoint;
+pub use checkpoint::{Checkpoint, save_film};
 pub use error::{Error, sentence};
 pub use events::{Cancel, Event, Progress, Urgency};
 pub use job::{Job, Method, Outcome, Replayed};
