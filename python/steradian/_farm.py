@@ -244,25 +244,28 @@ class Farm:
 
     def _ready(self) -> Picture | None:
         """A picture that has work, the earliest first."""
-        for picture in self._open:
-            if picture.rounds is None or picture.todo:
-                if not any(t.plans and t.picture is picture for t in self._running.values()):
-                    return picture
-        picture = next(self._pictures, None)
-        if picture is None:
-            return None
-        picture.begin()
-        self._open.append(picture)
-        info = {"scene_hash": picture.scene.content_hash, "passes": list(picture.passes), "resumed": picture.resumed}
-        self._tell("start", picture, slots=self._slots, **info)
-        if not picture.todo:
+        planned = {id(t.picture) for t in self._running.values() if t.plans}
+        for known in self._open:
+            if (known.rounds is None or known.todo) and id(known) not in planned:
+                return known
+        for picture in self._pictures:
+            picture.begin()
+            self._open.append(picture)
+            self._tell(
+                "start",
+                picture,
+                slots=self._slots,
+                scene_hash=picture.scene.content_hash,
+                passes=list(picture.passes),
+                resumed=picture.resumed,
+            )
+            if picture.todo:
+                picture.rounds = None if _learns(picture) else []
+                self._widen(picture)
+                return picture
             picture.rounds = []
             self._finish(picture)
-            return self._ready()
-        if not _learns(picture):
-            picture.rounds = []
-        self._widen(picture)
-        return picture
+        return None
 
     def _widen(self, picture: Picture) -> None:
         """Are there too few passes for all processors? Then each task gets several."""

@@ -11,7 +11,7 @@ import sys
 import threading
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from . import _native, cluster
 from ._progress import bar
@@ -40,7 +40,12 @@ def _serve(request: dict[str, Any]) -> dict[str, Any]:
         )
     warnings.showwarning = _show
     stop = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), stop.set()), daemon=True).start()
+
+    def wait_for_the_end() -> None:
+        sys.stdin.read()
+        stop.set()
+
+    threading.Thread(target=wait_for_the_end, daemon=True).start()
     scene = load(request["scene"], strict=request["strict"], defines=dict(request["defines"]))
     shown = bar(not request["quiet"])
     last: dict[str, Any] = {}
@@ -85,7 +90,14 @@ def _about(scene: Any, report: dict[str, Any], last: dict[str, Any]) -> dict[str
     }
 
 
-def _show(message: Any, category: type[Warning], *_: Any) -> None:
+def _show(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
     text = str(message)
     if issubclass(category, SceneWarning) and "warning: " not in text:
         text = f"warning: {text}"

@@ -184,6 +184,23 @@ def test_the_command_line_renders_on_a_cluster(nodes: Nodes) -> None:
     assert all(e["event"] == "end" and e["spp"] == 30 for e in last)
 
 
+def test_ctrl_c_saves_what_the_cluster_has(nodes: Nodes) -> None:
+    line = [COMMAND, "render", SCENES / "small-lamp.pbrt", "--resolution", "24x24", "--seed", "2", "--json"]
+    line += ["--cluster", nodes.address, "--spp", "1000000", "--partial", "c", "--events", "e"]
+    child = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not (Path("e").exists() and '"partial"' in Path("e").read_text()):
+        assert time.monotonic() < deadline and child.poll() is None
+        time.sleep(0.1)
+    child.send_signal(signal.SIGINT)
+    out, _ = child.communicate(timeout=60)
+    assert child.returncode == 130
+    image = sr.Image.load("c")
+    assert json.loads(out)["spp"] == image.spp > 0 and json.loads(out)["interrupted"]
+    parts = [sr.render(SCENES / "small-lamp.pbrt", passes=p, **SMALL) for p in image._film.passes()]
+    assert image.to_bytes() == sr.merge(parts).to_bytes()
+
+
 def test_ray_starts_itself_on_this_machine() -> None:
     answer = run("--cluster", "local", "--spp", 4, "--partial", "c", "--quiet")
     assert answer.returncode == 0 and answer.stdout == "", answer.stderr

@@ -182,3 +182,53 @@ fn a_checkpoint_of_something_else_is_refused_by_name_and_stays() {
     fs::write(path.join("s.pbrt"), SCENE.replace("[5 5 5]", "[5 5 6]")).unwrap();
     refused("c", &["scenes "], &[]);
 }
+
+/// The Python package has the cluster: without it a sentence says what to do. (With it: python/tests/test_cluster.py.)
+#[test]
+fn a_cluster_without_the_python_package_is_a_sentence() {
+    let folder = folder();
+    let on_cluster = |variable: &str, value: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_steradian"))
+            .args(["render", "s.pbrt", "--cluster", "local", "-o", "x.exr"])
+            .env_remove("STERADIAN_PYTHON")
+            .env(variable, value)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let answer = answer(&output);
+        assert!(answer.code == 2 && answer.stdout.is_empty(), "{}", answer.all());
+        assert!(answer.stderr.contains("pip install 'steradian[cluster]'"), "{}", answer.all());
+        answer.stderr
+    };
+    assert!(on_cluster("PATH", "/nowhere").contains("needs Python and the package"));
+    assert!(
+        on_cluster("STERADIAN_PYTHON", "/bin/true").contains("/bin/true -m steradian._remote ended with")
+    );
+    let answer = render(folder.path(), &["--cluster", "local", "--time", "3s"]);
+    assert!(answer.code == 2 && answer.stderr.contains("cannot be used with"), "{}", answer.all());
+}
+
+#[test]
+fn events_are_lines_that_a_monitor_can_read() {
+    let folder = folder();
+    let more = ["--checkpoint", "c", "--checkpoint-every", "1ms", "-o", "x.exr"];
+    rendered(folder.path(), &[&more[..], &["--spp", "400", "--events", "e.jsonl"]].concat());
+    let text = fs::read_to_string(folder.path().join("e.jsonl")).unwrap();
+    let lines: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let of = |kind: &str| lines.iter().filter(|l| l["event"] == kind).collect::<Vec<_>>();
+    assert!(lines[0]["event"] == "start" && lines[0]["integrator"] == "path", "{text}");
+    assert!(lines.last().unwrap() == &serde_json::json!({"event": "end", "spp": 400, "interrupted": false}));
+    assert!(!of("checkpoint").is_empty() && of("checkpoint").iter().all(|c| c["path"] == "c"), "{text}");
+
+    // The fields are those of the guide.
+    let guide = include_str!("../../../docs/guide/farms.md");
+    let table = guide.split("### Of a render on this machine").nth(1).unwrap();
+    let table = table.split("###").next().unwrap();
+    for line in &lines {
+        let head = format!("| `{}` |", line["event"].as_str().unwrap());
+        let row = table.lines().find(|r| r.starts_with(&head)).unwrap_or_else(|| panic!("{head}"));
+        for field in line.as_object().unwrap().keys().filter(|k| *k != "event") {
+            assert!(row.contains(&format!("`{field}`")), "{row}: {field}");
+        }
+    }
+}
