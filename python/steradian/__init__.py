@@ -30,8 +30,8 @@ from .kinds import *  # noqa: F403
 __all__ = [
     "Advice",
     "Bsdf",
-    "Comparison",
     "ClusterError",
+    "Comparison",
     "Estimate",
     "FilmError",
     "FilmTooLargeError",

@@ -76,7 +76,7 @@ def render(
     fan_in: int | None = None,
     **how: Any,
 ) -> Image:
-    """Renders on a Ray cluster; `how` is as for `steradian.render`, but for `time`.
+    """Renders on a Ray cluster; `how` is as for `steradian.render`, but for `time` and `error`.
 
     Results are merged as they arrive; no more of them wait than twice the cluster's processors. `on_progress` hears what
     happens as dicts (see docs/guide/farms.md), at least once a second; their ``["image"]`` is the picture so far. It ends the
@@ -92,29 +92,22 @@ def render(
     picture = _picture(
         scene, spp=spp, passes=passes, camera=camera, checkpoint=checkpoint, resume=resume, how=how
     )
-    bar = _progress.bar(progress)
-
-    def listener(event: dict[str, Any]) -> bool | None:
-        bar.on(event)
-        return on_progress(event) if on_progress is not None else None
-
-    farm = Farm(
-        connect(address),
-        iter([picture]),
-        passes_per_task=passes_per_task,
-        cpus_per_task=cpus_per_task,
-        fan_in=fan_in,
-        on_progress=listener,
-        events=events,
-        checkpoint_every=checkpoint_every,
-    )
-    try:
-        farm.run()
-    except KeyboardInterrupt:
-        if picture.done == 0:
-            raise
-    finally:
-        bar.end()
+    with _progress.heard(progress, on_progress) as listener:
+        farm = Farm(
+            connect(address),
+            iter([picture]),
+            passes_per_task=passes_per_task,
+            cpus_per_task=cpus_per_task,
+            fan_in=fan_in,
+            on_progress=listener,
+            events=events,
+            checkpoint_every=checkpoint_every,
+        )
+        try:
+            farm.run()
+        except KeyboardInterrupt:
+            if picture.done == 0:
+                raise
     image = picture.image()
     if image is None:
         raise KeyboardInterrupt
@@ -201,8 +194,9 @@ def _picture(
     resume: bool = False,
     path: Path | None = None,
 ) -> Picture:
-    if how.pop("time", None) is not None:
-        raise ParameterError("a render on a cluster has no time: give spp")
+    for name in ("time", "error"):
+        if how.pop(name, None) is not None:
+            raise ParameterError(f"a render on a cluster has no {name}: give spp")
     how = {k: v for k, v in how.items() if k not in ("progress", "threads")}
     scene = scene if isinstance(scene, Scene) else load(scene)
     if spp is None and passes is None:
