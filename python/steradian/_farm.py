@@ -10,6 +10,7 @@ import json
 import os
 import statistics
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +19,7 @@ from typing import Any
 from . import _native, _worker
 from ._image import Image
 from ._scene import Scene
-from .errors import ClusterError, FilmError, ResumeError, SceneError, SteradianError, _warn
+from .errors import ClusterError, FilmError, OutputError, ResumeError, SceneError, SteradianError, _warn
 
 Progress = Callable[[dict[str, Any]], "bool | None"]
 Range = tuple[int, int]
@@ -425,8 +426,12 @@ class Farm:
                 raise SceneError(text.replace("warning: ", "error: ", 1))
             if text not in self._warned:
                 self._warned.add(text)
-                self._tell("warning", picture, message=text)
+                self._tell("scene_warning", picture, message=text)
                 _warn([text])
+        for text in told["said"]:
+            if text not in self._warned:
+                self._warned.add(text)
+                self._tell("warning", picture, message=text)
 
     def _add(self, task: _Task, data: bytes) -> None:
         """Adds a film, and what is known of its passes."""
@@ -515,7 +520,14 @@ class Farm:
     def _save(self, picture: Picture) -> None:
         picture.saved = time.monotonic()
         if picture.checkpoint is not None and picture.done != picture.kept:
-            picture.film.save(picture.checkpoint)
+            try:
+                picture.film.save(picture.checkpoint)
+            except OutputError as e:
+                # The render is worth more than its checkpoint; the old one is as it was.
+                picture.report["checkpoint_error"] = str(e)
+                self._tell("warning", picture, message=f"{e}; the render goes on")
+                return
+            picture.report.pop("checkpoint_error", None)
             picture.kept = picture.done
             self._tell("checkpoint", picture, path=str(picture.checkpoint), passes=picture.done)
 
@@ -541,8 +553,12 @@ class Farm:
             told["retries"] = picture.retries
         told.update(about)
         if self._events is not None:
-            with self._events.open("a") as file:
-                file.write(json.dumps(told) + "\n")
+            try:
+                with self._events.open("a") as file:
+                    file.write(json.dumps(told) + "\n")
+            except OSError as e:
+                warnings.warn(f"events are no longer written: {e}", stacklevel=2)
+                self._events = None
         if self._on_progress is not None and self._on_progress(told):
             self._stopped = True
 

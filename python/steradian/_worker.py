@@ -49,7 +49,13 @@ def cell(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
         scene, request = _scene(packed, work), _request(work, passes)
-        film, report = _native.render(scene, request, None, None, learned)
+        said: list[str] = []
+
+        def listener(event: dict[str, Any]) -> None:
+            if event["event"] == "warning":
+                said.append(event["message"])
+
+        film, report = _native.render(scene, request, None, listener, learned)
     rendered = time.monotonic()
     data = film.to_bytes()
     told = {
@@ -57,6 +63,7 @@ def cell(
         **where(),
         "seconds": time.monotonic() - began,
         "packing_seconds": time.monotonic() - rendered,
+        "said": said,
         "warnings": [str(w.message) for w in caught if issubclass(w.category, SceneWarning)],
     }
     return told, data

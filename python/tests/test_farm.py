@@ -2,6 +2,8 @@
 
 import json
 import os
+import resource
+import signal
 import types
 from collections import Counter
 from collections.abc import Callable
@@ -259,6 +261,27 @@ def test_a_driver_that_died_goes_on_from_its_checkpoint(fake: FakeRay) -> None:
     with pytest.raises(sr.ResumeError, match="another scene"):
         sr.cluster.render(SCENES / "large-lamp.pbrt", spp=30, **SMALL, **how)
     assert Path("c.partial").read_bytes() == whole.to_bytes(), "and it is as it was"
+
+
+def test_a_full_disk_costs_the_checkpoint_alone(fake: FakeRay) -> None:
+    half = many(spp=4, checkpoint="c.partial")
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    told: list[Any] = []
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+        image = many(
+            spp=8,
+            checkpoint="c.partial",
+            resume=True,
+            on_progress=lambda e: told.append(dict(e)) and None,
+        )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+        signal.signal(signal.SIGXFSZ, before)
+    assert image.to_bytes() == one(spp=8) and "File too large" in image.metadata["checkpoint_error"]
+    assert any("the render goes on" in e["message"] for e in told if e["event"] == "warning")
+    assert Path("c.partial").read_bytes() == half.to_bytes(), "the old one is as it was"
 
 
 def test_events_are_as_the_guide_says(fake: FakeRay) -> None:

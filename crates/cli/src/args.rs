@@ -119,12 +119,8 @@ pub(crate) struct RenderArgs {
     /// Go on from the checkpoint, if it is there
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
-    /// Render on a Ray cluster: HOST:PORT, ray://HOST:PORT, auto, or local for this machine (needs pip install 'steradian[cluster]')
-    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["time", "error", "isa", "threads"])]
-    pub(crate) cluster: Option<String>,
-    /// Append what happens to this file, one JSON object a line
-    #[arg(long, value_name = "FILE")]
-    pub(crate) events: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) farm: crate::cluster::FarmArgs,
     /// Brighten pictures of eight bits by this many stops
     #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true, default_value_t = 0.0)]
     pub(crate) exposure: f32,

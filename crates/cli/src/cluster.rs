@@ -20,6 +20,17 @@ use crate::interrupt::Interrupt;
 use crate::messages;
 use crate::render::{DoneOf, Nodes};
 
+/// Where else it renders, and who watches.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FarmArgs {
+    /// Render on a Ray cluster: HOST:PORT, ray://HOST:PORT, auto, or local for this machine (needs pip install 'steradian[cluster]')
+    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["time", "error", "isa", "threads"])]
+    pub(crate) cluster: Option<String>,
+    /// Append what happens to this file, one JSON object a line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
+}
+
 /// What came back.
 pub(crate) struct Rendered {
     /// `None`: nothing was rendered.
@@ -174,7 +185,7 @@ fn request(args: &RenderArgs, address: &str, partial: &Path) -> serde_json::Valu
         "checkpoint": args.checkpoint,
         "checkpoint_every": args.checkpoint_every.as_secs_f64(),
         "resume": args.resume,
-        "events": args.events,
+        "events": args.farm.events,
         "quiet": args.quiet,
     })
 }

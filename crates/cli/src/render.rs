@@ -50,7 +50,7 @@ struct Report {
 pub(crate) fn run(args: &RenderArgs, python: Option<&Path>) -> Done {
     let start = Instant::now();
     check_files(args)?;
-    if let Some(address) = &args.cluster {
+    if let Some(address) = &args.farm.cluster {
         return on_cluster(args, address, python, start);
     }
     let interrupt = Interrupt::install()?;
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &RenderArgs, python: Option<&Path>) -> Done {
         resume: args.resume,
     });
     let mut bar = Bar::new(!args.quiet, interrupt.cancel.clone());
-    let mut log = EventLog::open(args.events.as_deref())?;
+    let mut log = EventLog::open(args.farm.events.as_deref())?;
     log.start(&args.scene.scene, job.film());
     interrupt.rendering();
     let mut on_event = |event: render::Event<'_>| {
@@ -151,7 +151,7 @@ fn finish(args: &RenderArgs, film: &Film, mut done: DoneOf, pictures: &[PathBuf]
 /// What can be known to go wrong before the work.
 fn check_files(args: &RenderArgs) -> Result<(), Failure> {
     check_endings(&args.output)?;
-    let files = args.output.iter().chain(&args.partial).chain(&args.checkpoint).chain(&args.events);
+    let files = args.output.iter().chain(&args.partial).chain(&args.checkpoint).chain(&args.farm.events);
     for path in files {
         render::check_writable(path)?;
         if is_same_file(path, &args.scene.scene) {
