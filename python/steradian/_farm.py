@@ -28,6 +28,8 @@ _LONGEST_TASK = 60.0
 """Seconds that a task should take at most: what the loss of a processor costs."""
 _SHORTEST_TASK = 0.5
 """Seconds below which starting a task costs more than it spreads."""
+_FIRST = 4
+"""Passes of a task while nothing is known of how long they take."""
 _FILM_SHARE = 0.1
 """Share of a task's time that packing its film should have at most."""
 _BEAT = 1.0
@@ -569,11 +571,11 @@ def chunk(passes: int, left: int, slots: int, per_pass: float, packing: float) -
     is one for each. `per_pass` is 0 while that is not known; both in seconds.
     """
     n = max(1, min(passes // (8 * slots), left // (3 * slots)))
-    if per_pass > 0.0:
-        least = max(_SHORTEST_TASK, packing / _FILM_SHARE)
-        n = max(n, min(int(least / per_pass), left // slots))
-        n = min(n, max(1, int(_LONGEST_TASK / per_pass)))
-    return n
+    if per_pass == 0.0:
+        return min(n, _FIRST)
+    least = max(_SHORTEST_TASK, packing / _FILM_SHARE)
+    n = max(n, min(int(least / per_pass), left // slots))
+    return min(n, max(1, int(_LONGEST_TASK / per_pass)))
 
 
 def tree(slots: int) -> tuple[int, int]:

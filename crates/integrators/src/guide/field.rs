@@ -19,7 +19,7 @@ pub(crate) struct Leaf {
 }
 
 /// What a leaf was told in all rounds; when it is cut, each half counts for half of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Heard {
     /// Records.
     pub(crate) n: f64,
