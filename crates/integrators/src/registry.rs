@@ -45,6 +45,11 @@ pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
 
 /// For integrators whose walks from the lights are joined to the eye's.
 pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
+    if !scene.camera.has_importance() {
+        return Some(
+            "it joins light paths to the camera, which cannot be done through a stack of lenses; path, photon and sppm see through it",
+        );
+    }
     scene.has_turning_strands().then_some(
         "it does not render flat and cylindrical curves, which turn to every ray and so are other surfaces to light than \
          to the eye; path does, and ribbons are rendered by all",

@@ -55,7 +55,9 @@ fn camera() -> CameraDesc {
         CameraKind::Perspective { lens_radius, focal_distance, aperture, .. } => {
             CameraKind::Perspective { fov: 45.0, lens_radius, focal_distance, aperture }
         }
-        other @ (CameraKind::Orthographic { .. } | CameraKind::Spherical { .. }) => other,
+        other @ (CameraKind::Orthographic { .. }
+        | CameraKind::Realistic(_)
+        | CameraKind::Spherical { .. }) => other,
     };
     CameraDesc { kind, ..default }
 }

@@ -51,11 +51,39 @@ pub enum CameraKind {
         /// Distance of the plane in focus.
         focal_distance: f32,
     },
+    /// Through a stack of lenses, as photographers have them. Its pixels are irradiances on the film.
+    Realistic(LensStackDesc),
     /// All directions at once.
     Spherical {
         /// From the unit square to directions.
         mapping: SphericalMapping,
     },
+}
+
+/// Spherical lenses before a film.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LensStackDesc {
+    /// From front to rear.
+    pub elements: Vec<LensElement>,
+    /// Width of the stop's opening, in mm; at most the stop's own counts, and zero is the stop's own.
+    pub aperture_diameter: f32,
+    /// Distance from the film of the plane in focus, in scene units, which count as metres.
+    pub focus_distance: f32,
+    /// The film's diagonal, in mm.
+    pub diagonal_mm: f32,
+}
+
+/// One interface of a stack of lenses, or its stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LensElement {
+    /// Radius in mm, positive where the centre lies towards the film; zero for the stop.
+    pub curvature: f32,
+    /// Distance to the next element, of the last one to the film, in mm.
+    pub thickness: f32,
+    /// Index of refraction behind it; zero is air.
+    pub eta: f32,
+    /// Diameter in mm.
+    pub aperture: f32,
 }
 
 /// Shape of a lens opening, on the unit disk.

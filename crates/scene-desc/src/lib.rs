@@ -18,7 +18,7 @@ mod spectrum;
 mod texture;
 mod validate;
 
-pub use camera::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
+pub use camera::{ApertureDesc, CameraDesc, CameraKind, LensElement, LensStackDesc, SphericalMapping};
 pub use diagnostic::{Diagnostic, FileId, Severity, Sink, SourceMap, Span};
 pub use film::{FilmDesc, FilterDesc, SensorDesc};
 pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc};

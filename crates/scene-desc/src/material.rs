@@ -244,6 +244,10 @@ pub enum MaterialKind {
         eta: IndexOfRefraction,
         /// Factors on both sides.
         tint: Tint,
+        /// Is what goes through no event (Mitsuba's `volpath`)? Then it counts no depth, and lamps are seen through the
+        /// pane. Not together with factors.
+        #[serde(default)]
+        passes: bool,
     },
     /// A dielectric boundary over Lambert, smooth or rough, with all bounces below it in closed form (Mitsuba's
     /// `plastic` and `roughplastic`).

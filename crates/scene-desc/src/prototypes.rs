@@ -124,7 +124,7 @@ fn materials() -> Vec<MaterialKind> {
         MaterialKind::OrenNayar { reflectance: gray(0.5), sigma: float(20.0) },
         MaterialKind::Conductor { spectrum: copper(), roughness: smooth(), tint: tint() },
         MaterialKind::Dielectric { eta: glass(), roughness: smooth(), tint: tint() },
-        MaterialKind::ThinDielectric { eta: glass(), tint: tint() },
+        MaterialKind::ThinDielectric { eta: glass(), tint: tint(), passes: false },
         MaterialKind::Plastic {
             reflectance: gray(0.5),
             eta: glass(),

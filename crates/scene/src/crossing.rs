@@ -8,6 +8,7 @@
 use math::{Dir, Point, Ray, error_bound};
 use spectrum::{Spectrum, Wavelengths};
 
+use crate::materials::Gaps;
 use crate::{EmissionSample, LightId, MediumId, Scene, SurfaceInteraction};
 
 impl Scene {
@@ -82,7 +83,9 @@ impl Scene {
             }
             let Some(hit) = hit else { return through };
             let si = self.interaction(&ray, &hit);
-            if !self.is_interface(&si) {
+            // Where a shape is a border in some points only, this is one of them: nothing opaque was found. (Asked again, from
+            // another origin, a choice by a hash of the point might be another.)
+            if self.shape(si.shape).gaps == Gaps::Nowhere {
                 return Spectrum::ZERO;
             }
             medium = self.medium_after(&si, ray.dir, medium);

@@ -21,9 +21,10 @@ mod metal;
 mod parameters;
 mod subsurface;
 
-use math::{Frame, hash, trig};
-use scatter::{Bsdf, CoatProfiles};
-use spectrum::Wavelengths;
+use math::{Frame, LocalDir, hash, trig};
+use scatter::microfacet::Facets;
+use scatter::{Bsdf, CoatProfiles, Conductor, ThinDielectric};
+use spectrum::{Spectrum, Wavelengths};
 
 use self::look::Look;
 use self::parameters::Lookup;
@@ -82,9 +83,23 @@ enum Surface {
         front: MaterialId,
         back: MaterialId,
     },
+    /// A pane of glass: by a hash of the point a mirror, or nothing but a border of media, each with the chance of what it
+    /// carries.
+    Pane(ThinDielectric),
     /// Nothing but a border of media.
     Interface,
 }
+
+/// What a [`Surface::Pane`] is where it reflects.
+fn mirror() -> Bsdf {
+    Conductor::new(Spectrum::ONE, Spectrum::splat(1e3), Facets::SMOOTH).into()
+}
+
+/// What a pane is where light passes.
+static BORDER: Material = Material { surface: Surface::Interface, relief: Relief::None, constant: None };
+
+/// Tells panes' choices from others at the same point.
+const PANE_KEY: u64 = 0x70_61_6e_65;
 
 /// What bends the shading normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,10 +135,10 @@ impl Materials {
     pub fn is_interface(&self, textures: &Textures, si: &SurfaceInteraction) -> bool {
         match &self.list[si.material.index()].surface {
             Surface::Interface => true,
-            Surface::Mix { .. } | Surface::TwoSided { .. } => {
+            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Pane(_) => {
                 let ctx = TextureContext::at(si, Footprint::default());
-                let outside = si.ng.dot(si.wo) >= 0.0;
-                matches!(self.resolve(si.material, textures, &ctx, outside).surface, Surface::Interface)
+                let cos = si.ng.dot(si.wo);
+                matches!(self.resolve(si.material, textures, &ctx, cos).surface, Surface::Interface)
             }
             Surface::Look(_) => false,
         }
@@ -144,6 +159,7 @@ impl Materials {
             Surface::Look(look) => matches!(look, Look::Diffuse { .. } | Look::DiffuseTransmission { .. }),
             // What is mixed is in the list too.
             Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => true,
+            Surface::Pane(_) => false,
         })
     }
 
@@ -172,11 +188,12 @@ impl Materials {
         wl: &mut Wavelengths,
     ) -> Option<Shading> {
         let ctx = TextureContext::at(si, *footprint);
-        let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo) >= 0.0);
+        let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo));
         let bsdf = match material.constant {
             Some(bsdf) => bsdf,
             None => match &material.surface {
                 Surface::Look(look) => look.bsdf(&mut Lookup::at(textures, &ctx, wl), &self.profiles),
+                Surface::Pane(_) => mirror(),
                 Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => return None,
             },
         };
@@ -190,7 +207,7 @@ impl Materials {
         };
         let rotation = match &material.surface {
             Surface::Look(look) => look.rotation(),
-            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => None,
+            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Pane(_) | Surface::Interface => None,
         };
         let frame = match rotation {
             None => frame,
@@ -203,8 +220,9 @@ impl Materials {
         Some(Shading { bsdf, frame })
     }
 
-    /// The material that a mixture (of mixtures, of two sides) is at this point, seen from outside or inside.
-    fn resolve(&self, id: MaterialId, textures: &Textures, ctx: &TextureContext, outside: bool) -> &Material {
+    /// The material that a mixture (of mixtures, of two sides, of a pane) is at this point, seen at this cosine to its
+    /// outer normal.
+    fn resolve(&self, id: MaterialId, textures: &Textures, ctx: &TextureContext, cos: f32) -> &Material {
         let mut material = &self.list[id.index()];
         loop {
             material = match &material.surface {
@@ -216,8 +234,15 @@ impl Materials {
                     &self.list[if u < amount { b } else { a }.index()]
                 }
                 Surface::TwoSided { front, back } => {
-                    let side = if outside { front } else { back };
+                    let side = if cos >= 0.0 { front } else { back };
                     &self.list[side.index()]
+                }
+                Surface::Pane(pane) => {
+                    let z = cos.clamp(-1.0, 1.0);
+                    let wo = LocalDir::new((1.0 - z * z).max(0.0).sqrt(), 0.0, z);
+                    let key = hash::combine(hash::of_floats(&ctx.p.0.to_array()), PANE_KEY);
+                    let passes = hash::unit_f32((key >> 32) as u32) >= pane.reflectance(wo);
+                    return if passes { &BORDER } else { material };
                 }
                 Surface::Look(_) | Surface::Interface => return material,
             };
@@ -235,6 +260,7 @@ impl Materials {
                     (Gaps::Nowhere | Gaps::Somewhere | Gaps::Everywhere, _) => Gaps::Somewhere,
                 }
             }
+            Surface::Pane(_) => Gaps::Somewhere,
             Surface::Look(_) => Gaps::Nowhere,
         }
     }
@@ -245,14 +271,14 @@ pub(crate) mod tests {
     use super::*;
     use crate::ShapeId;
     use crate::textures::TextureCompiler;
-    use math::{Dir, LocalDir, Point, Transform, Vec2, Vec3};
+    use math::{Dir, Point, Transform, Vec2, Vec3};
     use scatter::TransportMode;
     use scene_desc::{
         ConductorSpectrum, FloatInput, IndexOfRefraction, Mapping2d, MaterialDesc, MaterialKind, Roughness,
         SceneDesc, Sink, Span, SpectrumDesc, SpectrumInput, SubsurfaceProfile, TextureDesc, TextureInput,
         TextureKind, TextureNode, Tint,
     };
-    use spectrum::{ColorMode, ColorPipeline, ColorSpace, Spectrum};
+    use spectrum::{ColorMode, ColorPipeline, ColorSpace};
 
     const RGB: ColorPipeline = ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb);
     const SPECTRAL: ColorPipeline = ColorPipeline::new(ColorMode::Spectral, ColorSpace::Srgb);

@@ -18,6 +18,7 @@ mod named;
 mod pipeline;
 mod sensor;
 mod sigmoid;
+pub mod sky;
 mod thermal;
 mod transfer;
 mod upsample;

@@ -106,6 +106,7 @@ impl<'t> Build<'t, '_, '_> {
                 Some((LightKind::InfiniteConstant { radiance, illuminance: None }, Transform::IDENTITY))
             }
             "envmap" => self.envmap(node),
+            "sky" | "sun" | "sunsky" => self.sun_and_sky(node),
             "point" => self.point(node),
             "spot" => self.spot(node),
             "projector" => self.projector(node),

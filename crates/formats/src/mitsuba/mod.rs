@@ -36,6 +36,7 @@ mod media;
 mod meshes;
 mod sensor;
 mod shapes;
+mod sky;
 mod spectra;
 mod surfaces;
 mod textures;

@@ -132,7 +132,7 @@ impl<'t> Build<'t, '_, '_> {
         // The window that the kind's own unit is multiplied with: for a perspective, tan(fov/2).
         let unit = match kind {
             CameraKind::Perspective { fov, .. } => trig::f64::tan(f64::from(fov).to_radians() * 0.5),
-            CameraKind::Orthographic { .. } | CameraKind::Spherical { .. } => 1.0,
+            CameraKind::Orthographic { .. } | CameraKind::Realistic(_) | CameraKind::Spherical { .. } => 1.0,
         };
         let [x, y] = half.map(|h| (h / unit) as f32);
         let shift = [2.0 * x * offset[0], -2.0 * y * offset[1]];

@@ -8,7 +8,7 @@ use scene_desc::{
 use super::bsdfs::Look;
 use super::build::Build;
 use super::text;
-use super::tree::{Node, Value};
+use super::tree::{Class, Node, Value};
 use crate::suggest;
 
 impl<'t> Build<'t, '_, '_> {
@@ -44,7 +44,11 @@ impl<'t> Build<'t, '_, '_> {
             }
             "thindielectric" => {
                 let eta = self.eta(node, "bk7");
-                (MaterialKind::ThinDielectric { eta, tint: self.tint(node) }, false)
+                let tint = self.tint(node);
+                // Its integrators of volumes take what goes straight on for no event.
+                let is_volume = |n: &Node| n.class == Class::Integrator && n.kind.starts_with("volpath");
+                let passes = tint == Tint::default() && self.tree.nodes.iter().any(is_volume);
+                (MaterialKind::ThinDielectric { eta, tint, passes }, false)
             }
             "plastic" | "roughplastic" | "pplastic" => (self.plastic(node), true),
             "principled" => (self.principled(node), false),

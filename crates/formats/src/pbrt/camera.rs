@@ -1,12 +1,11 @@
-//! `Camera`: perspective, orthographic, spherical; realistic as a perspective stand-in.
+//! `Camera`: perspective, orthographic, spherical, realistic.
 
-use math::trig;
-use scene_desc::{ApertureDesc, CameraDesc, CameraKind, SphericalMapping};
+use scene_desc::{ApertureDesc, CameraDesc, CameraKind, LensElement, LensStackDesc, SphericalMapping};
 
 use super::build::Build;
 use super::params::{Params, Type};
 use super::state::{Entity, PlacedEntity};
-use crate::suggest;
+use crate::{source, suggest};
 
 const NAMES: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 
@@ -21,7 +20,10 @@ impl Build<'_, '_> {
                 CameraKind::Orthographic { lens_radius, focal_distance }
             }
             "spherical" => self.spherical(p),
-            "realistic" => self.realistic(entity, film),
+            "realistic" => match self.realistic(entity, film) {
+                Some(kind) => kind,
+                None => return,
+            },
             "environment" => {
                 super::parser::old_syntax(self.report, span, "camera \"environment\"", "\"spherical\"");
                 return;
@@ -112,27 +114,42 @@ impl Build<'_, '_> {
         CameraKind::Spherical { mapping }
     }
 
-    /// A perspective camera with a 50 mm lens before the film of the given diagonal.
-    fn realistic(&mut self, entity: &Entity, film: Option<&Entity>) -> CameraKind {
-        const FOCAL_MM: f32 = 50.0;
+    /// pbrt's lens files have four numbers a line: radius, thickness, index, diameter, the lengths in mm.
+    fn realistic(&mut self, entity: &Entity, film: Option<&Entity>) -> Option<CameraKind> {
         let p = &entity.params;
-        p.accept(&[
-            ("lensfile", Type::String),
-            ("aperturediameter", Type::Float),
-            ("focusdistance", Type::Float),
-            ("aperture", Type::String),
-        ]);
-        let size = |name, default: i32, report: &mut crate::report::Report<'_>| {
-            film.and_then(|f| f.params.integer_opt(name, report)).map_or(default, |v| v.0).max(1) as f32
+        let Some((file, span)) = p.string_opt("lensfile", self.report) else {
+            let hint = "add \"string lensfile\" \"…\"";
+            return self.refuse(entity.span, "camera \"realistic\" has no \"lensfile\"", hint);
         };
-        let (x, y) = (size("xresolution", 1280, self.report), size("yresolution", 720, self.report));
-        let diagonal = film.map_or(35.0, |f| f.params.float("diagonal", 35.0, self.report));
-        let shorter = diagonal * x.min(y) / (x * x + y * y).sqrt();
-        let fov = 2.0 * trig::atan(shorter / (2.0 * FOCAL_MM)).to_degrees();
-        self.report
-            .warning(entity.span, "realistic cameras are not supported yet")
-            .hint(format!("a pinhole stands in, with the {fov:.1} degrees of a 50 mm lens"));
-        let fov = if fov > 0.0 { fov } else { 45.0 };
-        CameraKind::Perspective { fov, lens_radius: 0.0, focal_distance: 1e6, aperture: ApertureDesc::Disk }
+        let path = self.base.join(&file);
+        let source = match source::read(&path) {
+            Ok(source) => source,
+            Err(e) => {
+                return self.refuse(span, format!("{} cannot be read: {e}", path.display()), e.hint());
+            }
+        };
+        self.hashes.push(source.hash);
+        let text = String::from_utf8_lossy(&source.bytes).into_owned();
+        let lines = text.lines().map(|l| l.split('#').next().unwrap_or_default());
+        let words = lines.flat_map(str::split_ascii_whitespace);
+        let numbers: Option<Vec<f32>> =
+            words.map(|w| w.parse().ok().filter(|x: &f32| x.is_finite())).collect();
+        let whole = |n: &Vec<f32>| !n.is_empty() && n.len().is_multiple_of(4);
+        let Some(numbers) = numbers.filter(whole) else {
+            let hint = "expected four numbers a line: radius, thickness, index, diameter";
+            return self.refuse(span, format!("{} is no lens file", path.display()), hint);
+        };
+        if let Some((shape, at)) = p.string_opt("aperture", self.report).filter(|(a, _)| a != "circular") {
+            self.report
+                .warning(at, format!("a lens stack's stop of shape \"{shape}\" is not supported"))
+                .hint("it is round");
+        }
+        let element = |c: &[f32]| LensElement { curvature: c[0], thickness: c[1], eta: c[2], aperture: c[3] };
+        Some(CameraKind::Realistic(LensStackDesc {
+            elements: numbers.chunks_exact(4).map(element).collect(),
+            aperture_diameter: p.float("aperturediameter", 1.0, self.report),
+            focus_distance: p.float("focusdistance", 10.0, self.report),
+            diagonal_mm: film.map_or(35.0, |f| f.params.float("diagonal", 35.0, self.report)),
+        }))
     }
 }

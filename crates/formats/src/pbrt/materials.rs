@@ -121,7 +121,8 @@ impl Build<'_, '_> {
                 tint: Tint::default(),
             },
             "thindielectric" => {
-                MaterialKind::ThinDielectric { eta: self.ior(p, "eta", 1.5), tint: Tint::default() }
+                let (eta, tint) = (self.ior(p, "eta", 1.5), Tint::default());
+                MaterialKind::ThinDielectric { eta, tint, passes: false }
             }
             "coateddiffuse" => self.coated_diffuse(p),
             "coatedconductor" => self.coated_conductor(p),

@@ -97,7 +97,7 @@ impl Writer<'_, '_, '_> {
                 self.roughness(p, NO_PREFIX, roughness, span);
                 "dielectric"
             }
-            MaterialKind::ThinDielectric { eta, tint } => {
+            MaterialKind::ThinDielectric { eta, tint, passes: _ } => {
                 self.tint(tint, span);
                 self.eta(p, "eta", eta, span);
                 "thindielectric"

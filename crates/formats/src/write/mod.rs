@@ -96,7 +96,7 @@ struct Writer<'a, 'r, 's> {
 impl Writer<'_, '_, '_> {
     fn all(&mut self) -> Result<(), WriteError> {
         self.times = self.first_times();
-        self.options();
+        self.options()?;
         self.line(0, "WorldBegin\n");
         self.media();
         self.textures()?;

@@ -3,13 +3,13 @@
 use scene_desc::{CameraKind, ColorSpaceName, FilterDesc, SphericalMapping};
 
 use super::params::Params;
-use super::{Writer, matrix};
+use super::{WriteError, Writer, matrix};
 
 /// pbrt has no word for "no limit".
 const DEEPEST: u32 = 1 << 20;
 
 impl Writer<'_, '_, '_> {
-    pub(super) fn options(&mut self) {
+    pub(super) fn options(&mut self) -> Result<(), WriteError> {
         self.line(0, "# Written by Steradian.\n");
         let space = match self.scene.film.color_space {
             ColorSpaceName::Srgb => "srgb",
@@ -30,7 +30,7 @@ impl Writer<'_, '_, '_> {
         self.filter();
         self.sampler();
         self.integrator();
-        self.camera();
+        self.camera()
     }
 
     fn film(&mut self) {
@@ -133,7 +133,7 @@ impl Writer<'_, '_, '_> {
         self.line(0, &format!("Integrator \"{name}\"{}", p.0));
     }
 
-    fn camera(&mut self) {
+    fn camera(&mut self) -> Result<(), WriteError> {
         let c = &self.scene.camera;
         let mut p = Params::default();
         let name = match &c.kind {
@@ -154,6 +154,17 @@ impl Writer<'_, '_, '_> {
                     p.float("focaldistance", *focal_distance);
                 }
                 "orthographic"
+            }
+            CameraKind::Realistic(stack) => {
+                let line = |e: &scene_desc::LensElement| {
+                    format!("{} {} {} {}\n", e.curvature, e.thickness, e.eta, e.aperture)
+                };
+                let text: String = stack.elements.iter().map(line).collect();
+                let name = self.file("lens.dat", text.as_bytes())?;
+                p.string("lensfile", &name);
+                p.float("aperturediameter", stack.aperture_diameter);
+                p.float("focusdistance", stack.focus_distance);
+                "realistic"
             }
             CameraKind::Spherical { mapping } => {
                 p.string(
@@ -192,5 +203,6 @@ impl Writer<'_, '_, '_> {
             self.line(0, &format!("MediumInterface \"\" \"medium-{}\"", id.0));
         }
         self.line(0, &format!("Camera \"{name}\"{}", p.0));
+        Ok(())
     }
 }

@@ -26,7 +26,7 @@ impl PixelDifferentials {
         const N: u32 = 24;
         let mut least = Self { origin: [Vec3::INFINITY; 2], dir: [Vec3::INFINITY; 2] };
         let ray_at = |raster| {
-            let (o, d) = projection.ray(raster, [0.5, 0.5], resolution);
+            let (o, d) = projection.chief_ray(raster, resolution);
             (o, Dir::normalize(d))
         };
         for i in 0..N * N {

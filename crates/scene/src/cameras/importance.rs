@@ -47,6 +47,8 @@ pub(super) fn densities(camera: &Camera, pose: &Pose, ray: &Ray) -> Densities {
                 None => (Some(Pdf::ZERO), None, None),
             }
         }
+        // Nobody joins light paths to it: see `Camera::has_importance`.
+        Projection::Realistic(_) => (Some(Pdf::ZERO), Some(Pdf::ZERO), None),
         Projection::Spherical { mapping } => {
             let length = d.length();
             let (raster, pdf) = spherical(camera, *mapping, d / length);
@@ -90,6 +92,7 @@ pub(super) fn connect(
                 is_delta_direction: true,
             })
         }
+        Projection::Realistic(_) => None,
         Projection::Spherical { .. } => towards_point(camera, pose, p, time, (pose.point(Vec3::ZERO), None)),
     }
 }

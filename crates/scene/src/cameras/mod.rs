@@ -4,10 +4,11 @@
 //! |---------------------------|---------------------------------------------------------------|
 //! | perspective, thin lens    | [PBR4e], sec. 5.2; importance [PBR3e], sec. 16.1.1 [Veach1997] |
 //! | orthographic              | [PBR4e], sec. 5.2.2                                           |
+//! | stack of lenses           | `lens_stack`; without importance: light paths cannot be joined to it |
 //! | spherical                 | [PBR4e], sec. 5.3; equal-area mapping [Clarberg2008]          |
 //!
 //! Conventions are pbrt-v4's: camera space is left-handed (x right, y up, z forward), raster x runs right and
-//! raster y **down**, the field of view spans the shorter side, every camera ray has weight 1.
+//! raster y **down**, the field of view spans the shorter side, every camera ray has weight 1 but those of a stack of lenses.
 //!
 //! **Normalisation of importance.** The whole film is one sensor of unit response: `∫∫ We |cos θ| dω dA = 1`
 //! over the *full* film (crops do not change it), so that `We = p_A p_ω / |cos θ|` for the densities of
@@ -18,12 +19,14 @@
 //! Departs from pbrt-v4: densities account for camera transforms that scale unevenly; a lens may be a polygon.
 //! As in pbrt-v4, an orthographic camera *with a lens* puts the lens around the origin: every ray starts on it
 //! and passes the plane in focus at the film's point, which makes it a perspective camera with its film there.
-//! Left out: realistic (multi-element) lenses.
+//! Left out: a shape of its own for the stop of a stack of lenses, which is round.
 
 mod aperture;
 mod footprint;
 mod importance;
+mod lens_stack;
 mod pose;
+mod rays;
 
 use math::{Dir, Point, Ray, Vec3, trig};
 use sampling::{Area, Pdf, SolidAngle, warp};
@@ -31,7 +34,9 @@ use scene_desc::{CameraDesc, CameraKind, SphericalMapping};
 
 use aperture::Aperture;
 use footprint::PixelDifferentials;
+use lens_stack::LensStack;
 use pose::{Placement, Pose};
+pub use rays::{CameraConnection, CameraRay, LensHit};
 
 /// A camera, ready to make rays.
 #[derive(Clone, Debug)]
@@ -58,6 +63,8 @@ enum Projection {
     },
     /// Parallel along +z from the plane z = 0.
     Orthographic { film: FilmPlane },
+    /// Through a stack of lenses.
+    Realistic(Box<LensStack>),
     /// All directions at once.
     Spherical { mapping: SphericalMapping },
 }
@@ -69,57 +76,6 @@ struct FilmPlane {
     step: [f32; 2],
     /// Area of the whole film on the plane.
     area: f32,
-}
-
-/// A ray from the camera.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraRay {
-    /// In world space, from the lens.
-    pub ray: Ray,
-    /// What the radiance that comes along it counts; 1 for every camera here.
-    pub weight: f32,
-}
-
-/// A ray that arrives at the lens from the scene.
-#[derive(Clone, Copy, Debug)]
-pub struct LensHit {
-    /// Where on the lens.
-    pub p: Point,
-    /// Distance along the ray.
-    pub t: f32,
-    /// The camera's forward direction.
-    pub n: Dir,
-    /// Where on the film it falls.
-    pub raster: [f32; 2],
-    /// Importance `We`.
-    pub we: f32,
-}
-
-/// A connection from a point in the scene to the camera.
-///
-/// What a light path with throughput `beta` that arrives at the point adds to the film is
-/// `beta · f(wo, wi) · |cos θ| · weight · visibility` (in a medium without the cosine), at `raster`,
-/// and counts [`Camera::n_pixels`] times in the pixel's value.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraConnection {
-    /// Towards the camera, from the point.
-    pub wi: Dir,
-    /// Where the connection ends: on the lens, or on the film plane of an orthographic camera.
-    pub p_lens: Point,
-    /// The camera's forward direction; `None` for a spherical camera, which has no film plane.
-    pub n_lens: Option<Dir>,
-    /// Where on the film it falls.
-    pub raster: [f32; 2],
-    /// Importance `We` of the ray from `p_lens` to the point.
-    pub we: f32,
-    /// The estimator's factor: `We |cos θ_lens| / (r² p_A)`; 1 / (film area) for parallel projection.
-    pub weight: f32,
-    /// Density of `wi` as seen from the point; `None` where lens position or direction is a delta.
-    pub pdf: Option<Pdf<SolidAngle>>,
-    /// Is the lens a single point?
-    pub is_delta_position: bool,
-    /// Do all rays leave in one direction?
-    pub is_delta_direction: bool,
 }
 
 impl Camera {
@@ -153,6 +109,9 @@ impl Camera {
             CameraKind::Orthographic { .. } => {
                 Projection::Orthographic { film: FilmPlane::new(window, 1.0, resolution) }
             }
+            CameraKind::Realistic(stack) => {
+                Projection::Realistic(Box::new(LensStack::new(stack, resolution)?))
+            }
             CameraKind::Spherical { mapping } => Projection::Spherical { mapping: *mapping },
         };
         let shutter = [desc.shutter_open.min(desc.shutter_close), desc.shutter_open.max(desc.shutter_close)];
@@ -185,6 +144,7 @@ impl Camera {
     pub fn has_lens(&self) -> bool {
         match &self.projection {
             Projection::Perspective { lens, .. } => !lens.is_point(),
+            Projection::Realistic(_) => true,
             Projection::Orthographic { .. } | Projection::Spherical { .. } => false,
         }
     }
@@ -212,9 +172,15 @@ impl Camera {
     pub fn is_delta_position(&self) -> bool {
         match &self.projection {
             Projection::Perspective { lens, .. } => lens.is_point(),
-            Projection::Orthographic { .. } => false,
+            Projection::Orthographic { .. } | Projection::Realistic(_) => false,
             Projection::Spherical { .. } => true,
         }
+    }
+
+    /// Can light paths be joined to it?
+    #[must_use]
+    pub fn has_importance(&self) -> bool {
+        !matches!(self.projection, Projection::Realistic(_))
     }
 
     /// Do all rays leave in one direction?
@@ -227,11 +193,11 @@ impl Camera {
     /// `u_lens`, at the moment `u_time` of the shutter. `None` where no ray belongs to the place on the film.
     #[must_use]
     pub fn generate_ray(&self, raster: [f32; 2], u_lens: [f32; 2], u_time: f32) -> Option<CameraRay> {
-        let (origin, dir) = self.projection.ray(raster, u_lens, self.resolution);
+        let ((origin, dir), weight) = self.projection.ray(raster, u_lens, self.resolution)?;
         let time = self.time(u_time);
         let pose = self.placement.at(time);
         let ray = Ray::new(pose.point(origin), Dir::normalize(pose.vector(dir)), time);
-        Some(CameraRay { ray, weight: 1.0 })
+        Some(CameraRay { ray, weight })
     }
 
     /// Densities of [`Camera::generate_ray`] for a uniform place on the film: of the ray's origin per area of the
@@ -298,14 +264,14 @@ impl Camera {
 }
 
 impl Projection {
-    /// Origin and (not normalised) direction in camera space.
+    /// Origin and (not normalised) direction in camera space, and the weight.
     #[inline]
-    fn ray(&self, raster: [f32; 2], u_lens: [f32; 2], resolution: [u32; 2]) -> (Vec3, Vec3) {
-        match self {
+    fn ray(&self, raster: [f32; 2], u_lens: [f32; 2], resolution: [u32; 2]) -> Option<((Vec3, Vec3), f32)> {
+        let ray = match self {
             Self::Perspective { film, focal_distance, lens } => {
                 let [x, y] = film.point(raster);
                 if lens.is_point() {
-                    return (Vec3::ZERO, Vec3::new(x, y, 1.0));
+                    return Some(((Vec3::ZERO, Vec3::new(x, y, 1.0)), 1.0));
                 }
                 let p = lens.sample(u_lens).extend(0.0);
                 (p, Vec3::new(x, y, 1.0) * *focal_distance - p)
@@ -314,11 +280,20 @@ impl Projection {
                 let [x, y] = film.point(raster);
                 (Vec3::new(x, y, 0.0), Vec3::Z)
             }
+            Self::Realistic(stack) => return stack.ray(unit_square(raster, resolution), u_lens),
             Self::Spherical { mapping } => {
-                let uv = [raster[0] / resolution[0] as f32, raster[1] / resolution[1] as f32];
-                (Vec3::ZERO, spherical_direction(*mapping, uv))
+                (Vec3::ZERO, spherical_direction(*mapping, unit_square(raster, resolution)))
             }
+        };
+        Some((ray, 1.0))
+    }
+
+    /// The ray in the middle of those of a place on the film.
+    fn chief_ray(&self, raster: [f32; 2], resolution: [u32; 2]) -> (Vec3, Vec3) {
+        if let Self::Realistic(stack) = self {
+            return stack.chief(unit_square(raster, resolution));
         }
+        self.ray(raster, [0.5; 2], resolution).map_or((Vec3::ZERO, Vec3::Z), |(ray, _)| ray)
     }
 }
 
@@ -341,6 +316,10 @@ impl FilmPlane {
     fn raster(&self, point: [f32; 2]) -> [f32; 2] {
         [(point[0] - self.origin[0]) / self.step[0], (point[1] - self.origin[1]) / self.step[1]]
     }
+}
+
+fn unit_square(raster: [f32; 2], resolution: [u32; 2]) -> [f32; 2] {
+    [raster[0] / resolution[0] as f32, raster[1] / resolution[1] as f32]
 }
 
 /// pbrt-v4's rules: the shorter side spans −1 to 1 unless a window is given. `None` if it is empty.

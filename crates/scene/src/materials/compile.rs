@@ -4,7 +4,7 @@ mod artist;
 mod inputs;
 
 use rayon::prelude::*;
-use scatter::{Bsdf, CoatProfiles};
+use scatter::{Bsdf, CoatProfiles, ThinDielectric};
 use scene_desc::{
     FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SceneDesc, Span, SpectrumDesc,
     SpectrumInput, SubsurfaceProfile, Tint,
@@ -173,7 +173,12 @@ impl Compiler<'_, '_> {
                 alpha: self.alpha(roughness, span),
                 tint: self.tint(tint, span),
             },
-            MaterialKind::ThinDielectric { eta, tint } => {
+            MaterialKind::ThinDielectric { eta: IndexOfRefraction::Constant(eta), tint, passes: true }
+                if *tint == Tint::default() =>
+            {
+                return Surface::Pane(ThinDielectric::new(*eta));
+            }
+            MaterialKind::ThinDielectric { eta, tint, passes: _ } => {
                 Look::ThinDielectric { eta: self.eta(eta, span), tint: self.tint(tint, span) }
             }
             MaterialKind::Plastic { reflectance, eta, roughness, tint, nonlinear } => {
@@ -376,7 +381,7 @@ fn mixture_depth(list: &[Material], i: usize, depth: usize) -> Result<(), String
     let parts = match &material.surface {
         Surface::Mix { materials: parts, .. } => *parts,
         Surface::TwoSided { front, back } => [*front, *back],
-        Surface::Look(_) | Surface::Interface => return Ok(()),
+        Surface::Look(_) | Surface::Pane(_) | Surface::Interface => return Ok(()),
     };
     if depth > list.len() {
         return Err("a material that is a mixture of itself".into());
