@@ -108,6 +108,34 @@ class OrthographicCamera(Described):
 
 
 @dataclass(frozen=True)
+class RealisticCamera(Described):
+    """Through a stack of lenses, as photographers have them. Its pixels are irradiances on the film."""
+
+    _type: ClassVar[str] = "realistic"
+    elements: Sequence[Any]
+    """From front to rear."""
+    _: KW_ONLY
+    aperture_diameter: float
+    """Width of the stop's opening, in mm; at most the stop's own counts, and zero is the stop's own."""
+    focus_distance: float
+    """Distance from the film of the plane in focus, in scene units, which count as metres."""
+    diagonal_mm: float
+    """The film's diagonal, in mm."""
+    world_from_camera: Matrix = _IDENTITY
+    """Where it is. Camera space is left-handed: x right, y up, z forward."""
+    shutter_open: float = 0.0
+    """When the shutter opens."""
+    shutter_close: float = 1.0
+    """When it closes."""
+    frame_aspect_ratio: float | None = None
+    """Width over height; `None`: the film's."""
+    medium: Any | None = None
+    """The medium around it."""
+    screen_window: Sequence[Any] | None = None
+    """Extent of the film plane as x₀, x₁, y₀, y₁ before projection; `None`: the shorter side spans −1 to 1."""
+
+
+@dataclass(frozen=True)
 class SphericalCamera(Described):
     """All directions at once."""
 
@@ -284,6 +312,8 @@ class DiffuseMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -306,6 +336,8 @@ class DiffuseTransmissionMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -326,6 +358,8 @@ class OrenNayarMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -348,6 +382,8 @@ class ConductorMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -370,6 +406,8 @@ class DielectricMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -386,10 +424,15 @@ class ThinDielectricMaterial(Described):
     _: KW_ONLY
     tint: Any = field_default({'reflectance': None, 'transmittance': None})
     """Factors on both sides."""
+    passes: bool = False
+    """Is what goes through no event (Mitsuba's `volpath`)? Then it counts no depth, and lamps are seen through the
+    pane. Not together with factors."""
     name: str = ''
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -417,6 +460,8 @@ class PlasticMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -459,6 +504,8 @@ class PrincipledMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -508,6 +555,8 @@ class MetallicRoughnessMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -534,6 +583,8 @@ class HairMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -552,6 +603,8 @@ class MeasuredMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -572,6 +625,8 @@ class TwoSidedMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -604,6 +659,8 @@ class CoatedDiffuseMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -638,6 +695,8 @@ class CoatedConductorMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -658,6 +717,8 @@ class MixMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -674,6 +735,8 @@ class InterfaceMaterial(Described):
     _: KW_ONLY
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -700,6 +763,8 @@ class SubsurfaceMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
+    normal_layout: Any = None
+    """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
@@ -836,6 +901,52 @@ class ScaleTexture(Described):
     """The other factor, a number."""
     name: str = ''
     """As the file names it; empty for one made on the way."""
+    kind: str = "spectrum"
+    """What it gives."""
+
+
+@dataclass(frozen=True)
+class ProductTexture(Described):
+    """`a × b`, both of the texture's kind."""
+
+    _type: ClassVar[str] = "product"
+    a: SpectrumInput = field_default({'float': 1.0})
+    """A factor."""
+    _: KW_ONLY
+    b: SpectrumInput = field_default({'float': 1.0})
+    """The other."""
+    name: str = ''
+    """As the file names it; empty for one made on the way."""
+    kind: str = "spectrum"
+    """What it gives."""
+
+
+@dataclass(frozen=True)
+class StepTexture(Described):
+    """One where a number is at least `edge`, zero where it is not. Of numbers alone."""
+
+    _type: ClassVar[str] = "step"
+    tex: SpectrumInput = field_default({'float': 1.0})
+    """The number."""
+    _: KW_ONLY
+    edge: float = 0.5
+    """From here on it is one."""
+    name: str = ''
+    """As the file names it; empty for one made on the way."""
+    kind: str = "spectrum"
+    """What it gives."""
+
+
+@dataclass(frozen=True)
+class AttributeTexture(Described):
+    """Values that the mesh carries ([`crate::MeshAttribute`]); zero on a surface without them."""
+
+    _type: ClassVar[str] = "attribute"
+    name: str = ''
+    """Their name."""
+    _: KW_ONLY
+    scale: float = 1.0
+    """Factor on them."""
     kind: str = "spectrum"
     """What it gives."""
 
@@ -1012,8 +1123,8 @@ class ImageMapTexture(Described):
     _: KW_ONLY
     mapping: Any = field_default({'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}})
     """Of the surface; v runs upwards, as in pbrt."""
-    wrap: str = 'repeat'
-    """Beyond the borders."""
+    wrap: Sequence[Any] = ('repeat', 'repeat')
+    """Beyond the borders, along s and along t."""
     filter: str = 'bilinear'
     """Between and below pixels."""
     max_anisotropy: float = 8.0
@@ -1044,6 +1155,8 @@ class Mesh(Described):
     """Shading tangents at the vertices."""
     uvs: ArrayLike | None = None
     """Texture coordinates at the vertices, of shape (n, 2)."""
+    attributes: Sequence[Any] = ()
+    """More values over the surface, for textures to look up by name."""
     world_from_object: Matrix = _IDENTITY
     """Its place in the world (in an object: in the object's space)."""
     reverse_orientation: bool = False
@@ -1399,6 +1512,7 @@ class SincFilter(Described):
 CLASSES: dict[tuple[str, str], type[Described]] = {
     ("CameraDesc", "perspective"): PerspectiveCamera,
     ("CameraDesc", "orthographic"): OrthographicCamera,
+    ("CameraDesc", "realistic"): RealisticCamera,
     ("CameraDesc", "spherical"): SphericalCamera,
     ("LightDesc", "point"): PointLight,
     ("LightDesc", "spot"): SpotLight,
@@ -1430,6 +1544,9 @@ CLASSES: dict[tuple[str, str], type[Described]] = {
     ("MediumDesc", "cloud"): CloudMedium,
     ("TextureDesc", "constant"): ConstantTexture,
     ("TextureDesc", "scale"): ScaleTexture,
+    ("TextureDesc", "product"): ProductTexture,
+    ("TextureDesc", "step"): StepTexture,
+    ("TextureDesc", "attribute"): AttributeTexture,
     ("TextureDesc", "mix"): MixTexture,
     ("TextureDesc", "direction_mix"): DirectionMixTexture,
     ("TextureDesc", "checkerboard"): CheckerboardTexture,
@@ -1464,6 +1581,7 @@ CLASSES: dict[tuple[str, str], type[Described]] = {
 
 __all__ = [
     "AreaLight",
+    "AttributeTexture",
     "BilerpTexture",
     "BilinearMesh",
     "BoxFilter",
@@ -1510,7 +1628,9 @@ __all__ = [
     "PlasticMaterial",
     "PointLight",
     "PrincipledMaterial",
+    "ProductTexture",
     "ProjectionLight",
+    "RealisticCamera",
     "RgbGridMedium",
     "Roughness",
     "ScaleTexture",
@@ -1519,6 +1639,7 @@ __all__ = [
     "Sphere",
     "SphericalCamera",
     "SpotLight",
+    "StepTexture",
     "SubsurfaceMaterial",
     "ThinDielectricMaterial",
     "TriangleFilter",

@@ -3,8 +3,7 @@
 //! tests say so and pass.
 //!
 //! The variance of a pixel is that of our samples or the reference's for as many, whichever is larger (few samples of a
-//! heavy tail seem quiet), and the reference's own. Left out: `homo_area_light`
-//! and `homo_emitter_inside_medium` (darker here, it seems by how thin glass counts in depths; see decision 0080).
+//! heavy tail seem quiet), and the reference's own.
 #![allow(clippy::print_stdout, reason = "what was measured is read with `--nocapture`")]
 
 use std::path::{Path, PathBuf};
@@ -130,7 +129,15 @@ fn mirrors_instances_and_emitters() {
 
 #[test]
 fn media_even_and_on_a_grid() {
-    for name in ["hetero_sigmat", "homo_dielectric_envmap", "homo_null_envmap", "homo_spectral_sigmat"] {
+    let names = [
+        "hetero_sigmat",
+        "homo_area_light",
+        "homo_dielectric_envmap",
+        "homo_emitter_inside_medium",
+        "homo_null_envmap",
+        "homo_spectral_sigmat",
+    ];
+    for name in names {
         let method = if name.contains("spectral") { "volpathmis" } else { "volpath" };
         agrees(
             &format!("participating_media/test_{name}_{method}"),

@@ -244,3 +244,41 @@ fn scenes_of_others_load_with_the_warnings_that_are_known() {
     }
     assert_snapshot!(all);
 }
+
+#[test]
+fn colours_of_vertices_and_cut_outs_become_textures() {
+    let more = r#", "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.5, 1, 1, 0.8]}, "alphaMode": "MASK",
+            "alphaCutoff": 0.7}, {"alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}}]"#;
+    let colored = scene("", more)
+        .replace(r#""indices": 1"#, r#""indices": 1, "material": 0"#)
+        .replace(r#""POSITION": 0"#, r#""POSITION": 0, "COLOR_0": 0"#);
+    let scene = good(&colored);
+    let names: Vec<_> = mesh(&scene).attributes.iter().map(|a| (a.name.as_str(), a.channels)).collect();
+    assert_eq!(names, [("COLOR_0", 3), ("COLOR_0.a", 1)]);
+    assert_eq!(mesh(&scene).attributes[1].values, [1.0; 3], "colours without alpha are opaque");
+    let shown = &scene.materials[scene.shapes[0].material.index()];
+    let MaterialKind::MetallicRoughness(kind) = &shown.kind else { panic!("{:?}", shown.kind) };
+    let scene_desc::SpectrumInput::Texture(id) = &kind.base_color else { panic!("{:?}", kind.base_color) };
+    assert!(matches!(scene.textures[id.index()].node, scene_desc::TextureNode::Product { .. }));
+    let Some(FloatInput::Texture(id)) = shown.opacity else { panic!("{:?}", shown.opacity) };
+    assert!(matches!(scene.textures[id.index()].node, scene_desc::TextureNode::Step { edge: 0.7, .. }));
+    // Below the cut nothing is left, without a texture.
+    assert_eq!(scene.materials[1].opacity, Some(FloatInput::Constant(0.0)));
+}
+
+#[test]
+fn lights_of_blender_are_watts_again() {
+    let more = |generator: &str, intensity: f32| {
+        let lights = format!(r#"{{"lights": [{{"type": "directional", "intensity": {intensity}}}]}}"#);
+        let more = format!(r#", "extensions": {{"KHR_lights_punctual": {lights}}}"#);
+        let node = r#", "extensions": {"KHR_lights_punctual": {"light": 0}}"#;
+        let from = r#""version": "2.0""#;
+        let scene =
+            good(&scene(node, &more).replace(from, &format!(r#"{from}, "generator": "{generator}""#)));
+        let LightKind::Distant { radiance, .. } = &scene.lights[0].kind else { panic!() };
+        radiance.scale
+    };
+    assert!((more("Khronos glTF Blender I/O v4.3.47", 2049.0) - 3.0).abs() < 1e-5);
+    assert_eq!(more("Khronos glTF Blender I/O v4.3.47", 3.0), 3.0);
+    assert_eq!(more("by hand", 2049.0), 2049.0);
+}

@@ -194,3 +194,41 @@ proptest! {
         let (_, _) = Folder::new().with("a.xml", text).with("m.serialized", serialized).with("m.obj", obj).load("a.xml");
     }
 }
+
+#[test]
+fn ply_files_carry_values_by_name() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+         property float heat_0\nproperty uchar r\nproperty uchar g\nproperty uchar b\nelement face 2\n\
+         property list uchar int vertex_indices\nproperty float kind\nend_header\n\
+         0 0 0 1 255 0 0\n1 0 0 2 0 255 0\n0 1 0 3 0 0 255\n1 1 0 4 0 0 0\n3 0 1 2 7\n3 2 1 3 8\n";
+    let scene = "<scene version=\"3.0.0\"><shape type=\"ply\"><string name=\"filename\" value=\"m.ply\"/>\
+         <bsdf type=\"diffuse\"><texture type=\"mesh_attribute\" name=\"reflectance\">\
+         <string name=\"name\" value=\"vertex_color\"/><float name=\"scale\" value=\"0.5\"/></texture></bsdf></shape></scene>";
+    let (scene, messages) = Folder::new().with("a.xml", scene).with("m.ply", ply).load("a.xml");
+    let scene = scene.unwrap_or_else(|| panic!("{messages}"));
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!() };
+    let found: Vec<_> = mesh.attributes.iter().map(|a| (a.name.as_str(), a.channels, a.per_face)).collect();
+    assert_eq!(found, [("vertex_heat", 1, false), ("vertex_color", 3, false), ("face_kind", 1, true)]);
+    assert_eq!(mesh.attributes[1].values[..6], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(mesh.attributes[2].values, [7.0, 8.0]);
+    assert!(
+        matches!(&scene.textures[0].node, TextureNode::Attribute { name, scale: 0.5 } if name == "vertex_color")
+    );
+}
+
+#[test]
+fn the_sun_and_the_sky_are_an_environment_map_made_here() {
+    let text = |kind: &str, inner: &str| {
+        format!("<scene version=\"3.0.0\"><emitter type=\"{kind}\">{inner}</emitter></scene>")
+    };
+    let load = |text: String| Folder::new().with("a.xml", text).load("a.xml");
+    let (scene, messages) = load(text("sky", "<vector name=\"sun_direction\" value=\"0,1,1\"/>"));
+    let scene = scene.unwrap_or_else(|| panic!("{messages}"));
+    assert!(matches!(scene.lights[0].kind, LightKind::InfiniteImage { .. }), "{messages}");
+    assert_eq!(
+        scene.images[0].embedded.as_ref().unwrap().len(),
+        "PF\n512 256\n-1.0\n".len() + 512 * 256 * 12
+    );
+    let (scene, messages) = load(text("sunsky", "<vector name=\"sun_direction\" value=\"0,1,-1\"/>"));
+    assert!(scene.unwrap().lights.is_empty() && messages.contains("below the horizon"), "{messages}");
+}

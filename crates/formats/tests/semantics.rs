@@ -428,3 +428,20 @@ fn the_content_hash_sees_every_file_and_no_path() {
     assert_ne!(first, hash(scene, 1, "y"));
     assert_ne!(first, hash(&format!("{scene} "), 1, "x"));
 }
+
+#[test]
+fn a_realistic_camera_has_the_lenses_of_its_file() {
+    let text = "Camera \"realistic\" \"string lensfile\" \"l.dat\" \"float aperturediameter\" 4 \"float focusdistance\" 2\n\
+         Film \"rgb\" \"float diagonal\" 24\nWorldBegin\nShape \"sphere\"\n";
+    let folder = common::Folder::new().with("a.pbrt", text);
+    let lens = "# radius thickness eta diameter\n50 2 1.5 20\n-50 1 1 20 # rear\n0 45 0 8\n";
+    let (scene, messages) = folder.with("l.dat", lens).load("a.pbrt");
+    assert_eq!(messages, "");
+    let CameraKind::Realistic(stack) = scene.unwrap().camera.kind else { panic!() };
+    let last = stack.elements[2];
+    assert_eq!((stack.elements.len(), last.curvature, last.thickness, last.aperture), (3, 0.0, 45.0, 8.0));
+    assert_eq!((stack.aperture_diameter, stack.focus_distance, stack.diagonal_mm), (4.0, 2.0, 24.0));
+    let folder = common::Folder::new().with("a.pbrt", text);
+    let (scene, messages) = folder.with("l.dat", "50 2 1.5\n").load("a.pbrt");
+    assert!(scene.is_none() && messages.contains("is no lens file"), "{messages}");
+}

@@ -1,18 +1,16 @@
-//! Meshes of files and strands of curves, in the form that a shape asks for.
+//! Meshes of files, in the form that a shape asks for.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use math::{AnimatedTransform, Vec2, Vec3};
+use math::{AnimatedTransform, Vec2};
 use rayon::prelude::*;
-use scene_desc::{CurveDesc, CurveKind, Geometry, MeshDesc, Span};
+use scene_desc::{Geometry, MeshDesc, Span};
 
 use super::build::Build;
 use super::shapes::Form;
-use super::text;
 use super::tree::{Class, Node, Value};
 use crate::mesh::shape_file::{self, Kind, ShapeFile};
-use crate::source;
 
 /// A mesh file as a key: serialized files hold many.
 type Key = (PathBuf, u32);
@@ -93,56 +91,6 @@ impl<'t> Build<'t, '_, '_> {
         let geometry = Geometry::Mesh(Arc::clone(mesh));
         Some(Form { flip, ..Form::plain(geometry) })
     }
-
-    /// One control point with its radius a line, strands apart by empty lines.
-    pub(super) fn curves(&mut self, node: &'t Node) -> Option<Vec<Form>> {
-        let Some(name) = self.string(node, "filename") else {
-            let hint = "add <string name=\"filename\" value=\"…\"/>";
-            return self.refuse(node.span, format!("{} has no \"filename\"", node.title()), hint);
-        };
-        let (path, span) = (node.resolve(&name), node.span_of("filename"));
-        let source = match source::read(&path) {
-            Ok(source) => source,
-            Err(e) => return self.refuse(span, format!("{} cannot be read: {e}", path.display()), e.hint()),
-        };
-        self.hashes.push(source.hash);
-        let content = String::from_utf8_lossy(&source.bytes);
-        let mut strands: Vec<Vec<[f32; 4]>> = vec![Vec::new()];
-        for (i, line) in content.lines().enumerate() {
-            if line.trim().is_empty() {
-                strands.push(Vec::new());
-                continue;
-            }
-            match text::numbers(line).as_deref() {
-                Ok([x, y, z, r]) if *r >= 0.0 => {
-                    let point = [*x, *y, *z, *r].map(|v| v as f32);
-                    strands.last_mut().into_iter().for_each(|s| s.push(point));
-                }
-                _ => {
-                    let message =
-                        format!("{}:{}: no control point: {}", path.display(), i + 1, text::show(line));
-                    return self.refuse(span, message, "expected x y z radius");
-                }
-            }
-        }
-        strands.retain(|s| !s.is_empty());
-        let degree = if node.kind == "linearcurve" { 1 } else { 3 };
-        let short = strands.iter().filter(|s| s.len() <= degree).count();
-        if short > 0 {
-            let message = format!("{short} strands of {} have too few points", path.display());
-            self.report
-                .warning(span, message)
-                .hint(format!("they are left out: at least {} are needed", degree + 1));
-        }
-        Some(
-            strands
-                .iter()
-                .filter(|s| s.len() > degree)
-                .flat_map(|s| strand(s, degree))
-                .map(Form::plain)
-                .collect(),
-        )
-    }
 }
 
 /// The mesh as it is shaded, v upwards.
@@ -162,39 +110,4 @@ fn shaped(file: &ShapeFile, face_normals: bool, flip_v: bool) -> MeshDesc {
         indices: file.triangles.clone(),
         attributes: file.attributes.clone(),
     }
-}
-
-/// A strand as Bézier segments: all of them together where the radius does not change, else each by itself.
-fn strand(points: &[[f32; 4]], degree: usize) -> Vec<Geometry> {
-    let at = |p: &[f32; 4]| Vec3::new(p[0], p[1], p[2]);
-    let segments: Vec<([Vec3; 4], [f32; 2])> = points
-        .windows(degree + 1)
-        .map(|w| {
-            let p: Vec<Vec3> = w.iter().map(at).collect();
-            if degree == 1 {
-                let (a, b) = (p[0], p[1]);
-                return ([a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b], [w[0][3], w[1][3]]);
-            }
-            // The uniform B-spline's Bézier points, and its radius at both ends.
-            let (a, b, c, d) = (p[0], p[1], p[2], p[3]);
-            let bezier =
-                [(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0];
-            let radius = |i: usize| (w[i][3] + 4.0 * w[i + 1][3] + w[i + 2][3]) / 6.0;
-            (bezier, [radius(0), radius(1)])
-        })
-        .collect();
-    let first = segments[0].1[0];
-    let curve = |segments: Vec<[Vec3; 4]>, radii: [f32; 2]| {
-        let width = radii.map(|r| 2.0 * r);
-        Geometry::Curve(Arc::new(CurveDesc {
-            segments,
-            kind: CurveKind::Cylinder,
-            width,
-            normals: Vec::new(),
-        }))
-    };
-    if segments.iter().all(|(_, r)| r.iter().all(|r| (r - first).abs() <= 1e-6 * first)) {
-        return vec![curve(segments.iter().map(|s| s.0).collect(), [first; 2])];
-    }
-    segments.into_iter().map(|(points, radii)| curve(vec![points], radii)).collect()
 }

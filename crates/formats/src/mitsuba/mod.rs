@@ -10,10 +10,10 @@
 //!
 //! | class       | supported                                                                                       |
 //! |-------------|-------------------------------------------------------------------------------------------------|
-//! | shapes      | cube, rectangle, sphere, disk, cylinder, obj, ply, serialized, bsplinecurve, linearcurve, shapegroup, instance, merge |
+//! | shapes      | cube, rectangle, sphere, disk, cylinder, obj, ply, serialized, bsplinecurve, linearcurve, hair, shapegroup, instance, merge |
 //! | BSDFs       | diffuse, (rough)conductor, (thin-, rough)dielectric, (rough)plastic, principled(thin), hair, measured, blendbsdf, mask, bumpmap, normalmap, twosided, null |
-//! | emitters    | area, constant, envmap, point, spot, projector, directional                                     |
-//! | textures    | bitmap, checkerboard; spectra: uniform, d65, srgb, blackbody, regular, irregular                |
+//! | emitters    | area, constant, envmap, point, spot, projector, directional, sky, sun, sunsky                   |
+//! | textures    | bitmap, checkerboard, mesh_attribute; spectra: uniform, d65, srgb, blackbody, regular, irregular                |
 //! | sensors     | perspective, thinlens, orthographic                                                             |
 //! | integrators | path, volpath, direct, ptracer and their kin; moment, aov and others around them                |
 #![allow(
@@ -38,6 +38,7 @@ mod sensor;
 mod shapes;
 mod sky;
 mod spectra;
+mod strands;
 mod surfaces;
 mod textures;
 mod volumes;

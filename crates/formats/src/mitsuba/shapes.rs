@@ -197,7 +197,7 @@ impl<'t> Build<'t, '_, '_> {
                 vec![Form::plain(disk)]
             }
             "cylinder" => vec![self.cylinder(node)?],
-            "bsplinecurve" | "linearcurve" => self.curves(node)?,
+            "bsplinecurve" | "linearcurve" | "hair" => self.curves(node, world_from_object)?,
             name if NAMES.contains(&name) => {
                 self.unsupported(node, "it is left out");
                 return None;
