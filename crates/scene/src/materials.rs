@@ -461,6 +461,38 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_pane_that_light_passes_is_a_border_with_the_chance_of_what_it_lets_through() {
+        let pane = MaterialKind::ThinDielectric {
+            eta: IndexOfRefraction::Constant(1.5),
+            tint: Tint::default(),
+            passes: true,
+        };
+        let (materials, textures, sink) = compile(&scene(vec![pane], vec![]), RGB);
+        assert!(sink.diagnostics().is_empty());
+        for z in [1.0_f32, 0.4, 0.1] {
+            let wo = direction(z / (1.0 - z * z).max(1e-9).sqrt() * 0.5);
+            let (n, mut passed) = (20_000, 0_u32);
+            for i in 0..n {
+                let mut si = point();
+                (si.p, si.wo) = (Point::new(i as f32 * 0.013, (i % 11) as f32, 0.5), Dir(wo.0));
+                let shading =
+                    materials.shade(&textures, &si, &Footprint::default(), &mut Wavelengths::RGB.clone());
+                assert_eq!(shading.is_none(), materials.is_interface(&textures, &si));
+                match shading {
+                    None => passed += 1,
+                    Some(s) => {
+                        assert!(s.bsdf.is_delta_only() && s.bsdf.albedo_estimate(wo).rgb()[0] > 0.999);
+                    }
+                }
+            }
+            let p = 1.0 - f64::from(scatter::ThinDielectric::new(1.5).reflectance(wo));
+            // Five deviations of a binomial.
+            let off = (f64::from(passed) - f64::from(n) * p).abs();
+            assert!(off < 5.0 * (f64::from(n) * p * (1.0 - p)).sqrt() + 1e-9, "{passed} of {n}, {p}");
+        }
+    }
+
+    #[test]
     fn a_mixture_of_itself_is_an_error() {
         let mix = |a, b| MaterialKind::Mix {
             materials: [scene_desc::MaterialId(a), scene_desc::MaterialId(b)],
