@@ -47,7 +47,7 @@ pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
 pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
     if !scene.camera.has_importance() {
         return Some(
-            "it joins light paths to the camera, which cannot be done through a stack of lenses; path, photon and sppm see through it",
+            "it joins light paths to the camera, which cannot be done through a stack of lenses; path sees through it",
         );
     }
     scene.has_turning_strands().then_some(
