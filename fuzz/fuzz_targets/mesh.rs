@@ -12,7 +12,7 @@ fn run(bytes: &[u8]) {
         return common::read("a.pbrt", &[("a.pbrt", PLY.as_bytes()), ("m.ply", rest)]);
     }
     let scene = format!(
-        "<scene version=\"3.0.0\"><shape type=\"{kind}\"><string name=\"filename\" value=\"m\"/></shape></scene>"
+        "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"{kind}\"><string name=\"filename\" value=\"m\"/></shape></scene>"
     );
     common::read("a.xml", &[("a.xml", scene.as_bytes()), ("m", rest)]);
 }

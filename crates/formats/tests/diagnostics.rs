@@ -406,7 +406,7 @@ fn cameras_and_films_that_make_no_sense() {
 
 #[test]
 fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
-    let text = "Camera \"realistic\" \"string lensfile\" \"a.dat\"\n\
+    let text = "Camera \"perspective\"\n\
          Film \"gbuffer\" \"string sensor\" \"canon_eos_5d\" \"float maxcomponentvalue\" 10\n\
          Option \"forcediffuse\" true\n\
          WorldBegin\n\
@@ -423,8 +423,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
          ActiveTransform EndTime Translate 1 0 0\nShape \"sphere\"\nLightSource \"point\"";
     let text = text.replace("Shape \"sphere\" \"bool alpha\" [ \"true\" ]\n", "");
     assert_snapshot!(load(text).1, @r#"
-    a.pbrt:1:1: warning: realistic cameras are not supported yet
-      hint: a pinhole stands in, with the 19.5 degrees of a 50 mm lens
     a.pbrt:2:1: warning: film "gbuffer" is not supported
       hint: film "rgb" is used: the picture is the same, without the other channels
     a.pbrt:2:16: warning: sensor "canon_eos_5d" is not supported

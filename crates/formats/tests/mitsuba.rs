@@ -201,7 +201,7 @@ fn ply_files_carry_values_by_name() {
          property float heat_0\nproperty uchar r\nproperty uchar g\nproperty uchar b\nelement face 2\n\
          property list uchar int vertex_indices\nproperty float kind\nend_header\n\
          0 0 0 1 255 0 0\n1 0 0 2 0 255 0\n0 1 0 3 0 0 255\n1 1 0 4 0 0 0\n3 0 1 2 7\n3 2 1 3 8\n";
-    let scene = "<scene version=\"3.0.0\"><shape type=\"ply\"><string name=\"filename\" value=\"m.ply\"/>\
+    let scene = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"ply\"><string name=\"filename\" value=\"m.ply\"/>\
          <bsdf type=\"diffuse\"><texture type=\"mesh_attribute\" name=\"reflectance\">\
          <string name=\"name\" value=\"vertex_color\"/><float name=\"scale\" value=\"0.5\"/></texture></bsdf></shape></scene>";
     let (scene, messages) = Folder::new().with("a.xml", scene).with("m.ply", ply).load("a.xml");
@@ -219,7 +219,9 @@ fn ply_files_carry_values_by_name() {
 #[test]
 fn the_sun_and_the_sky_are_an_environment_map_made_here() {
     let text = |kind: &str, inner: &str| {
-        format!("<scene version=\"3.0.0\"><emitter type=\"{kind}\">{inner}</emitter></scene>")
+        format!(
+            "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"{kind}\">{inner}</emitter></scene>"
+        )
     };
     let load = |text: String| Folder::new().with("a.xml", text).load("a.xml");
     let (scene, messages) = load(text("sky", "<vector name=\"sun_direction\" value=\"0,1,1\"/>"));
