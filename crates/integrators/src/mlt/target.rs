@@ -1,0 +1,156 @@
+//! What a point of primary sample space adds to the film, and what chains visit it in proportion to.
+
+use sampling::Sampler;
+use scene::Scene;
+use spectrum::Wavelengths;
+
+use super::map::Map;
+use super::space::{EYE, JOINT, LIGHT, N_STREAMS, Numbers, Technique};
+use crate::Counters;
+use crate::bdpt::{Joint, Subpaths, Walks, Weighting};
+use crate::common::{Roulette, Subpath, place_in};
+
+/// What a point adds to the film, as an integral over all of its pixels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Value {
+    pub(super) raster: [f32; 2],
+    pub(super) rgb: [f32; 3],
+    /// What chains visit it in proportion to.
+    pub(super) size: f32,
+}
+
+/// Seeds of the numbers that are read past the end of the streams.
+pub(super) type Seeds = [u64; N_STREAMS];
+
+/// Makes paths of points. Kept and used again, so that a path allocates nothing.
+pub(super) struct Target<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) weighting: Weighting,
+    pub(super) map: &'a Map,
+    pub(super) counters: Counters,
+    paths: Subpaths,
+    wl: Wavelengths,
+    raster: [f32; 2],
+    /// Numbers for joining, of one technique after the other.
+    joint: Vec<f32>,
+}
+
+impl<'a> Target<'a> {
+    pub(super) fn new(scene: &'a Scene, weighting: Weighting, map: &'a Map) -> Self {
+        Self {
+            scene,
+            weighting,
+            map,
+            counters: Counters::default(),
+            paths: Subpaths::default(),
+            wl: Wavelengths::RGB,
+            raster: [0.0; 2],
+            joint: Vec::new(),
+        }
+    }
+
+    /// Where the place on the film stands in the eye's stream: after the wavelengths.
+    pub(super) fn film_number(&self) -> usize {
+        usize::from(self.scene.settings().spectral)
+    }
+
+    /// The value of a point; numbers that it reads for the first time are appended.
+    pub(super) fn evaluate(&mut self, technique: Technique, numbers: &mut Numbers, seeds: Seeds) -> Value {
+        let [eye, light, joint] = numbers;
+        let lengths = [technique.t().saturating_sub(1), technique.s.saturating_sub(1)];
+        self.walk(lengths, [eye, light], [seeds[EYE], seeds[LIGHT]]);
+        let mut sampler = Sampler::replay(std::mem::take(joint), seeds[JOINT]);
+        let value = self.join(technique, &mut sampler);
+        *joint = sampler.into_replayed();
+        value.unwrap_or_default()
+    }
+
+    /// All that one point makes of paths of up to `events` scattering events, in a fixed order; `seeds` are those of
+    /// [`Target::evaluate`] but for the joint numbers', which differ from technique to technique. The values are the
+    /// same, bit by bit.
+    pub(super) fn evaluate_all(
+        &mut self,
+        events: u32,
+        numbers: &mut Numbers,
+        seeds: impl Fn(Technique) -> Seeds,
+        mut each: impl FnMut(Technique, &Value),
+    ) {
+        let has_lens = self.scene.camera.has_lens();
+        let [of_eye, of_light, _] = seeds(Technique::default());
+        let walks = [events + 1, events + u32::from(has_lens)];
+        let [eye, light, _] = &mut *numbers;
+        self.walk(walks, [eye, light], [of_eye, of_light]);
+        let terminated = self.wl.is_terminated();
+        for events in 1..=events {
+            for s in 0..Technique::of_events(events, has_lens) {
+                let technique = Technique { events, s };
+                let seeds = seeds(technique);
+                // A surface that ends wavelengths may be none of this path's.
+                if terminated {
+                    let [eye, light, _] = &mut *numbers;
+                    self.walk(
+                        [technique.t().saturating_sub(1), s.saturating_sub(1)],
+                        [eye, light],
+                        [seeds[EYE], seeds[LIGHT]],
+                    );
+                }
+                let mut sampler = Sampler::replay(std::mem::take(&mut self.joint), seeds[JOINT]);
+                if let Some(value) = self.join(technique, &mut sampler) {
+                    each(technique, &value);
+                }
+                self.joint = sampler.into_replayed();
+                self.joint.clear();
+            }
+        }
+    }
+
+    /// Both walks, of so many scattering events.
+    fn walk(&mut self, lengths: [u32; 2], [eye, light]: [&mut Vec<f32>; 2], seeds: [u64; 2]) {
+        let scene = self.scene;
+        let mut sampler = Sampler::replay(std::mem::take(eye), seeds[0]);
+        self.wl = match scene.settings().spectral {
+            true => Wavelengths::sample_visible(sampler.next_1d()),
+            false => Wavelengths::RGB,
+        };
+        self.raster = place_in(&scene.settings().sample_bounds(), sampler.next_2d());
+        let lengths = lengths.map(|n| n as usize);
+        let walks = Walks { scene, lengths, roulette: Roulette { rr_depth: u32::MAX }, shared: None };
+        let Self { wl, counters, paths, .. } = self;
+        walks.eye(self.raster, &mut sampler, wl, counters, paths);
+        *eye = sampler.into_replayed();
+        if lengths[1] > 0 {
+            let mut sampler = Sampler::replay(std::mem::take(light), seeds[1]);
+            walks.light(&mut sampler, wl, counters, paths);
+            *light = sampler.into_replayed();
+        } else {
+            paths.light.clear();
+        }
+    }
+
+    /// Joins the two walks; `None` for nothing.
+    fn join(&mut self, technique: Technique, sampler: &mut Sampler) -> Option<Value> {
+        // Vertices of a walk up to so many events.
+        let vertices = |path: &Subpath, n: u32| match n {
+            0 | 1 => Some(n as usize),
+            _ => path.vertices_to(n as usize - 1).map(|vertices| vertices + 1),
+        };
+        let s = vertices(&self.paths.light, technique.s)?;
+        let t = vertices(&self.paths.eye, technique.t())?;
+        let (scene, weighting, wl) = (self.scene, self.weighting, self.wl);
+        let (paths, counters) = (&mut self.paths, &mut self.counters);
+        let c = Joint { scene, weighting, wl, paths, sampler, counters }.strategy(s, t)?;
+
+        // Radiance is spread over the region, a splat is an integral over the film already.
+        let region = scene.settings().sample_bounds();
+        let (raster, pixels) = match c.splat {
+            Some(at) => (at, scene.camera.n_pixels()),
+            None => (self.raster, region.area() as f32),
+        };
+        if !region.contains(raster.map(|x| x.floor() as i32)) {
+            return None;
+        }
+        let rgb = scene.film_rgb(c.weighted * pixels, &wl);
+        let size = rgb.iter().map(|c| c.abs()).sum::<f32>() / (3.0 * self.map.brightness_at(raster));
+        (size > 0.0 && size.is_finite()).then_some(Value { raster, rgb, size })
+    }
+}
