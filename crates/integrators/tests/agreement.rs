@@ -67,7 +67,7 @@ fn methods() -> Vec<Method> {
         method("light", 8),
         method("bdpt", 4),
         method("guided", 6),
-        Method { set: &["max_depth=4", "bootstrap=512"], ..method("mlt", 10) },
+        Method { set: &["max_depth=4", "pilot=512"], ..method("mlt", 4) },
     ]
 }
 

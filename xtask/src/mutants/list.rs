@@ -49,6 +49,7 @@ const WALK: &str = "crates/integrators/src/common/walk.rs";
 const SUBPATH: &str = "crates/integrators/src/common/subpath.rs";
 const PATH: &str = "crates/integrators/src/path.rs";
 const BDPT: &str = "crates/integrators/src/bdpt/mod.rs";
+const MLT_BLOCK: &str = "crates/integrators/src/mlt/block.rs";
 
 /// All of them, by what they are about.
 pub(crate) const MUTANTS: &[Mutant] = &[
@@ -311,20 +312,28 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         tests: &[of("steradian-tests", &["--test", "strategies"], &[])],
     },
     Mutant {
-        name: "mlt-strategy-choice",
-        mistake: "mlt: the choice of the strategy is not paid for",
-        file: "crates/integrators/src/mlt.rs",
-        from: "let factor = pixels * n as f32 / chance;",
-        to: "let factor = pixels / chance;",
+        name: "mlt-both-in-full",
+        mistake: "mlt: samples count in full what chains have their share of",
+        file: MLT_BLOCK,
+        from: "self.per_size.map_or(0.0, |k| 1.0 / (k * size + survival))",
+        to: "self.per_size.map_or(0.0, |k| 1.0 / (0.0 * k * size + survival))",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {
         name: "mlt-only-accepted",
         mistake: "mlt: both states of a step recorded in full",
-        file: "crates/integrators/src/mlt.rs",
-        from: "splat(&state, 1.0 - acceptance, out);",
-        to: "splat(&state, 1.0, out);",
+        file: MLT_BLOCK,
+        from: "record(&state, technique, 1.0 - acceptance);",
+        to: "record(&state, technique, 1.0);",
         tests: &[agreement(&["large_lamp"])],
+    },
+    Mutant {
+        name: "mlt-survival",
+        mistake: "mlt: the chance of longer paths is not paid for where chains start",
+        file: MLT_BLOCK,
+        from: "let size = f64::from(value.size / survival);",
+        to: "let size = f64::from(value.size + 0.0 * survival);",
+        tests: &[of("steradian-tests", &["--test", "light_paths"], &["furnaces"])],
     },
     // ---- how it is added up ----
     Mutant {

@@ -128,10 +128,11 @@ impl Build<'_, '_> {
     }
 
     /// Chains of ours last for a pass, of which a render has as many as it is told; only the share of large steps means the
-    /// same.
+    /// same. Ours need few of them, since every pass has samples of its own.
     fn mlt(&mut self, p: &Params, parameters: &mut BTreeMap<String, ParameterValue>) {
-        let share = p.float("largestepprobability", 0.3, self.report);
-        parameters.insert("large_steps".into(), ParameterValue::Float(share.into()));
+        if let Some(share) = p.float_opt("largestepprobability", self.report) {
+            parameters.insert("large_steps".into(), ParameterValue::Float(share.into()));
+        }
         p.accept(&[
             ("bootstrapsamples", Type::Integer),
             ("chains", Type::Integer),

@@ -12,8 +12,8 @@ use sampling::rng::Rng;
 use scene::Scene;
 
 use super::plan::Plan;
-use super::space::{Change, EYE, JOINT, LIGHT, N_STREAMS, Numbers, Technique, change, remember};
-use super::target::{Seeds, Target, Value};
+use super::space::{Change, EYE, N_STREAMS, Numbers, Technique, change, remember};
+use super::target::{Seeds, Target, Value, of_technique};
 use crate::Counters;
 use crate::bdpt::Weighting;
 
@@ -48,10 +48,10 @@ impl Places {
 const STEP_WORTH: f32 = 0.25;
 
 /// More chains than this times the usual number are never made, however much was found.
-const MOST_CHAINS: f64 = 16.0;
+const MOST_CHAINS: f64 = 4.0;
 
 /// Samples make all paths of so few scattering events; longer ones by a chance.
-const SURE_EVENTS: u32 = 4;
+const SURE_EVENTS: u32 = 3;
 
 /// Chance of one scattering event more.
 const PER_EVENT: f32 = 0.75;
@@ -150,7 +150,7 @@ impl<'a> Block<'a> {
             self.target.evaluate_all(
                 longest(u, self.rules.max_depth),
                 &mut numbers,
-                |technique| seeds(key, sample, technique),
+                seeds(key, sample),
                 |technique, value| {
                     let survival = survival(technique.events);
                     let size = f64::from(value.size / survival);
@@ -201,7 +201,7 @@ impl<'a> Block<'a> {
     fn chain(&mut self, from: Candidate, deposit: f32, sink: Sink<'_>) {
         let mut current = std::mem::take(&mut self.current);
         let _ = self.begin(from.sample, &mut current);
-        let seeds = seeds(self.key, from.sample, from.technique);
+        let seeds = of_technique(seeds(self.key, from.sample), from.technique);
         let mut technique = from.technique;
         let mut state = self.target.evaluate(technique, &mut current, seeds);
         self.current = current;
@@ -256,17 +256,17 @@ impl<'a> Block<'a> {
         } else {
             match (u - large) / (1.0 - large) {
                 // All numbers a little.
-                v if v < 0.5 => [Change::Nudged; N_STREAMS],
+                v if v < 0.35 => [Change::Nudged; N_STREAMS],
                 // One end of the path anew from some number on.
-                v if v < 0.66 && technique.t() > 1 => {
+                v if v < 0.75 && technique.t() > 1 => {
                     let kept = (self.rng.next_f32() * 16.0) as usize;
                     [Change::Redrawn(kept), Change::NONE, Change::NONE]
                 }
-                v if v < 0.82 && technique.s > 1 => {
+                v if v < 0.85 && technique.s > 1 => {
                     let kept = (self.rng.next_f32() * 16.0) as usize;
                     [Change::NONE, Change::Redrawn(kept), Change::NONE]
                 }
-                v if v < 0.82 => [Change::Nudged, Change::Nudged, Change::ALL_NEW],
+                v if v < 0.85 => [Change::Nudged, Change::Nudged, Change::ALL_NEW],
                 // A vertex more or less on one side.
                 _ => {
                     proposed = self.lengthened(technique);
@@ -326,13 +326,10 @@ impl Found {
     }
 }
 
-/// Seeds of a sample's numbers: those of the walks do not depend on the technique.
-fn seeds(key: u64, sample: u64, technique: Technique) -> Seeds {
-    let mut of_walks = Rng::from_parts(&[key, 3, sample]);
-    let mut seeds = [of_walks.next_u64(), of_walks.next_u64(), of_walks.next_u64()];
-    debug_assert!(EYE < JOINT && LIGHT < JOINT);
-    seeds[JOINT] = Rng::from_parts(&[seeds[JOINT], u64::from(technique.events), u64::from(technique.s)]).next_u64();
-    seeds
+/// Seeds of a sample's numbers.
+fn seeds(key: u64, sample: u64) -> Seeds {
+    let mut rng = Rng::from_parts(&[key, 3, sample]);
+    [rng.next_u64(), rng.next_u64(), rng.next_u64()]
 }
 
 /// The chance that a sample makes paths of so many scattering events.

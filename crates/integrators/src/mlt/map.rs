@@ -22,8 +22,7 @@ impl Map {
     /// One everywhere.
     pub(super) fn even(region: Bounds2i) -> Self {
         let longer = region.width().max(region.height()).max(1);
-        let cells =
-            [region.width(), region.height()].map(|n| (n * ACROSS).div_ceil(longer).min(n).max(1));
+        let cells = [region.width(), region.height()].map(|n| (n * ACROSS).div_ceil(longer).min(n).max(1));
         Self { region, cells, values: vec![1.0; cells[0] * cells[1]] }
     }
 

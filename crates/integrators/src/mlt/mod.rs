@@ -59,17 +59,13 @@ fn parameters() -> Vec<ParameterInfo> {
         shared::HEURISTIC,
         ParameterInfo {
             name: "mutations",
-            kind: ParameterKind::Integer(6),
+            kind: ParameterKind::Integer(3),
             doc: "steps of chains per pixel and pass, where there is as much light as the pilot found",
         },
-        ParameterInfo {
-            name: "chain",
-            kind: ParameterKind::Integer(256),
-            doc: "steps of a chain",
-        },
+        ParameterInfo { name: "chain", kind: ParameterKind::Integer(1024), doc: "steps of a chain" },
         ParameterInfo {
             name: "large_steps",
-            kind: ParameterKind::Float(0.1),
+            kind: ParameterKind::Float(0.02),
             doc: "probability of a step to a new, independent path",
         },
         ParameterInfo {

@@ -126,7 +126,12 @@ mod tests {
     fn a_step_changes_what_it_is_told() {
         let from: Numbers = [vec![0.1, 0.2, 0.3], vec![0.4], vec![0.5]];
         let mut to = Numbers::default();
-        change(&from, &mut to, [Change::Redrawn(2), Change::NONE, Change::Nudged], &mut Rng::from_parts(&[2]));
+        change(
+            &from,
+            &mut to,
+            [Change::Redrawn(2), Change::NONE, Change::Nudged],
+            &mut Rng::from_parts(&[2]),
+        );
         assert_eq!((&to[0][..], &to[1][..]), (&[0.1, 0.2][..], &[0.4][..]));
         assert!(to[2].len() == 1 && to[2][0] != 0.5);
     }

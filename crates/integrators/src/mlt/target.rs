@@ -1,5 +1,6 @@
 //! What a point of primary sample space adds to the film, and what chains visit it in proportion to.
 
+use math::hash::combine;
 use sampling::Sampler;
 use scene::Scene;
 use spectrum::Wavelengths;
@@ -21,6 +22,11 @@ pub(super) struct Value {
 
 /// Seeds of the numbers that are read past the end of the streams.
 pub(super) type Seeds = [u64; N_STREAMS];
+
+/// Makes the seed of the joint numbers one technique's own.
+pub(super) fn of_technique([eye, light, joint]: Seeds, technique: Technique) -> Seeds {
+    [eye, light, combine(joint, u64::from(technique.events) << 32 | u64::from(technique.s))]
+}
 
 /// Makes paths of points. Kept and used again, so that a path allocates nothing.
 pub(super) struct Target<'a> {
@@ -59,43 +65,40 @@ impl<'a> Target<'a> {
         let [eye, light, joint] = numbers;
         let lengths = [technique.t().saturating_sub(1), technique.s.saturating_sub(1)];
         self.walk(lengths, [eye, light], [seeds[EYE], seeds[LIGHT]]);
+        let Some(vertices) = self.vertices(technique) else { return Value::default() };
         let mut sampler = Sampler::replay(std::mem::take(joint), seeds[JOINT]);
-        let value = self.join(technique, &mut sampler);
+        let value = self.join(vertices, &mut sampler);
         *joint = sampler.into_replayed();
         value.unwrap_or_default()
     }
 
-    /// All that one point makes of paths of up to `events` scattering events, in a fixed order; `seeds` are those of
-    /// [`Target::evaluate`] but for the joint numbers', which differ from technique to technique. The values are the
-    /// same, bit by bit.
+    /// All that one point makes of paths of up to `events` scattering events, in a fixed order. The values are, bit by
+    /// bit, those of [`Target::evaluate`] with the seeds [`of_technique`].
     pub(super) fn evaluate_all(
         &mut self,
         events: u32,
         numbers: &mut Numbers,
-        seeds: impl Fn(Technique) -> Seeds,
+        seeds: Seeds,
         mut each: impl FnMut(Technique, &Value),
     ) {
         let has_lens = self.scene.camera.has_lens();
-        let [of_eye, of_light, _] = seeds(Technique::default());
-        let walks = [events + 1, events + u32::from(has_lens)];
-        let [eye, light, _] = &mut *numbers;
-        self.walk(walks, [eye, light], [of_eye, of_light]);
+        let [eye, light, _] = numbers;
+        self.walk([events + 1, events + u32::from(has_lens)], [eye, light], [seeds[EYE], seeds[LIGHT]]);
         let terminated = self.wl.is_terminated();
         for events in 1..=events {
             for s in 0..Technique::of_events(events, has_lens) {
                 let technique = Technique { events, s };
-                let seeds = seeds(technique);
-                // A surface that ends wavelengths may be none of this path's.
+                let mut vertices = self.vertices(technique);
                 if terminated {
-                    let [eye, light, _] = &mut *numbers;
-                    self.walk(
-                        [technique.t().saturating_sub(1), s.saturating_sub(1)],
-                        [eye, light],
-                        [seeds[EYE], seeds[LIGHT]],
-                    );
+                    // What ended wavelengths may be no surface of this path.
+                    let lengths = [technique.t().saturating_sub(1), s.saturating_sub(1)];
+                    self.walk(lengths, [&mut *eye, &mut *light], [seeds[EYE], seeds[LIGHT]]);
+                    vertices = self.vertices(technique);
                 }
-                let mut sampler = Sampler::replay(std::mem::take(&mut self.joint), seeds[JOINT]);
-                if let Some(value) = self.join(technique, &mut sampler) {
+                let Some(vertices) = vertices else { continue };
+                let seed = of_technique(seeds, technique)[JOINT];
+                let mut sampler = Sampler::replay(std::mem::take(&mut self.joint), seed);
+                if let Some(value) = self.join(vertices, &mut sampler) {
                     each(technique, &value);
                 }
                 self.joint = sampler.into_replayed();
@@ -127,15 +130,17 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Joins the two walks; `None` for nothing.
-    fn join(&mut self, technique: Technique, sampler: &mut Sampler) -> Option<Value> {
-        // Vertices of a walk up to so many events.
-        let vertices = |path: &Subpath, n: u32| match n {
+    /// How many vertices of the light's walk and of the eye's a technique takes; `None` if they are too short.
+    fn vertices(&self, technique: Technique) -> Option<(usize, usize)> {
+        let up_to = |path: &Subpath, n: u32| match n {
             0 | 1 => Some(n as usize),
             _ => path.vertices_to(n as usize - 1).map(|vertices| vertices + 1),
         };
-        let s = vertices(&self.paths.light, technique.s)?;
-        let t = vertices(&self.paths.eye, technique.t())?;
+        Some((up_to(&self.paths.light, technique.s)?, up_to(&self.paths.eye, technique.t())?))
+    }
+
+    /// Joins the two walks; `None` for nothing.
+    fn join(&mut self, (s, t): (usize, usize), sampler: &mut Sampler) -> Option<Value> {
         let (scene, weighting, wl) = (self.scene, self.weighting, self.wl);
         let (paths, counters) = (&mut self.paths, &mut self.counters);
         let c = Joint { scene, weighting, wl, paths, sampler, counters }.strategy(s, t)?;
