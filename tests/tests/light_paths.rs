@@ -15,7 +15,7 @@ const NONE: (&str, &str) = ("max_depth", "none");
 const LIGHT: Way<'_> = Way { integrator: "light", settings: &[NONE] };
 const BDPT: Way<'_> = Way { integrator: "bdpt", settings: &[NONE] };
 const BALANCE: Way<'_> = Way { integrator: "bdpt", settings: &[NONE, ("heuristic", "balance")] };
-const MLT: Way<'_> = Way { integrator: "mlt", settings: &[NONE, ("pilot", "256")] };
+const MLT: Way<'_> = Way { integrator: "mlt", settings: &[NONE, ("pilot", "256"), ("chain", "128")] };
 const PATH: Way<'_> = Way { integrator: "path", settings: &[NONE] };
 /// Photons within a radius so small that its bias is far below the noise.
 const SMALL: (&str, &str) = ("radius", "0.02");

@@ -11,7 +11,7 @@ const PATH: Way<'_> = Way { integrator: "path", settings: &[NONE] };
 const BLIND_PATH: Way<'_> = Way { integrator: "path", settings: &[NONE, ("shadow_rays", "false")] };
 const BDPT: Way<'_> = Way { integrator: "bdpt", settings: &[NONE] };
 const LIGHT: Way<'_> = Way { integrator: "light", settings: &[NONE] };
-const MLT: Way<'_> = Way { integrator: "mlt", settings: &[NONE, ("pilot", "256")] };
+const MLT: Way<'_> = Way { integrator: "mlt", settings: &[NONE, ("pilot", "256"), ("chain", "128")] };
 
 const SKY: &str = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
 

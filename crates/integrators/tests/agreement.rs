@@ -67,7 +67,7 @@ fn methods() -> Vec<Method> {
         method("light", 8),
         method("bdpt", 4),
         method("guided", 6),
-        Method { set: &["max_depth=4", "pilot=512"], ..method("mlt", 4) },
+        Method { set: &["max_depth=4", "pilot=512", "chain=128"], ..method("mlt", 4) },
     ]
 }
 

@@ -22,6 +22,7 @@ use crate::bdpt::Weighting;
 pub(super) struct Rules {
     pub(super) weighting: Weighting,
     pub(super) max_depth: u32,
+    pub(super) survival: Survival,
     /// Steps of chains per sample.
     pub(super) mutations: u32,
     /// Steps of a chain.
@@ -53,8 +54,8 @@ const MOST_CHAINS: f64 = 4.0;
 /// Samples make all paths of so few scattering events; longer ones by a chance.
 const SURE_EVENTS: u32 = 3;
 
-/// Chance of one scattering event more.
-const PER_EVENT: f32 = 0.75;
+/// Chance of one scattering event more, without media and with them, where long paths carry much.
+const PER_EVENT: [f32; 2] = [0.75, 0.95];
 
 /// Paths of more scattering events than this are left out.
 pub(super) const MOST_EVENTS: u32 = 200;
@@ -141,18 +142,18 @@ impl<'a> Block<'a> {
     pub(super) fn sample(&mut self, each: &mut dyn FnMut(Technique, &Value, f32, Shares)) {
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.clear();
-        let shares = self.shares();
+        let (shares, of) = (self.shares(), self.rules.survival);
         for i in 0..self.places.len() {
             let sample = i as u64;
             let mut numbers = std::mem::take(&mut self.proposal);
             let u = self.begin(sample, &mut numbers);
             let key = self.key;
             self.target.evaluate_all(
-                longest(u, self.rules.max_depth),
+                of.longest(u, self.rules.max_depth),
                 &mut numbers,
                 seeds(key, sample),
                 |technique, value| {
-                    let survival = survival(technique.events);
+                    let survival = of.chance(technique.events);
                     let size = f64::from(value.size / survival);
                     candidates.push(Candidate { sample, technique, size });
                     each(technique, value, survival, shares);
@@ -208,10 +209,10 @@ impl<'a> Block<'a> {
         if state.size <= 0.0 {
             return;
         }
-        let shares = self.shares();
+        let (shares, of) = (self.shares(), self.rules.survival);
         let mut record = |value: &Value, technique: Technique, chance: f32| {
             if chance > 0.0 {
-                let factor = deposit * chance * shares.of_step(value.size, survival(technique.events));
+                let factor = deposit * chance * shares.of_step(value.size, of.chance(technique.events));
                 sink(value.raster, value.rgb.map(|c| c * factor));
             }
         };
@@ -332,19 +333,34 @@ fn seeds(key: u64, sample: u64) -> Seeds {
     [rng.next_u64(), rng.next_u64(), rng.next_u64()]
 }
 
-/// The chance that a sample makes paths of so many scattering events.
-pub(super) fn survival(events: u32) -> f32 {
-    (SURE_EVENTS..events).fold(1.0, |p, _| p * PER_EVENT)
+/// How likely a sample is to make long paths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Survival {
+    per_event: f32,
 }
 
-/// Most scattering events of a sample's paths.
-fn longest(u: f32, max: u32) -> u32 {
-    let max = max.min(MOST_EVENTS);
-    let mut events = SURE_EVENTS.min(max);
-    while events < max && u < survival(events + 1) {
-        events += 1;
+impl Survival {
+    #[cfg(test)]
+    pub(super) const WITHOUT_MEDIA: Self = Self { per_event: PER_EVENT[0] };
+
+    pub(super) fn in_scene(scene: &Scene) -> Self {
+        Self { per_event: PER_EVENT[usize::from(scene.has_media())] }
     }
-    events
+
+    /// The chance that a sample makes paths of so many scattering events.
+    pub(super) fn chance(self, events: u32) -> f32 {
+        (SURE_EVENTS..events).fold(1.0, |p, _| p * self.per_event)
+    }
+
+    /// Most scattering events of a sample's paths.
+    fn longest(self, u: f32, max: u32) -> u32 {
+        let max = max.min(MOST_EVENTS);
+        let mut events = SURE_EVENTS.min(max);
+        while events < max && u < self.chance(events + 1) {
+            events += 1;
+        }
+        events
+    }
 }
 
 #[cfg(test)]
@@ -353,13 +369,15 @@ mod tests {
 
     #[test]
     fn paths_are_as_long_as_their_chances_say() {
-        for max in [1, 3, 6, u32::MAX] {
+        for (max, per_event) in [(1, 0.75), (3, 0.75), (6, 0.75), (u32::MAX, 0.75), (u32::MAX, 0.95)] {
+            let survival = Survival { per_event };
             let n = 100_000;
             for events in 1..9.min(max) {
-                let made = (0..n).filter(|i| longest((*i as f32 + 0.5) / n as f32, max) >= events).count();
-                assert!((made as f32 / n as f32 - survival(events)).abs() < 1e-4, "{max} {events}");
+                let made =
+                    (0..n).filter(|i| survival.longest((*i as f32 + 0.5) / n as f32, max) >= events).count();
+                assert!((made as f32 / n as f32 - survival.chance(events)).abs() < 1e-4, "{max} {events}");
             }
-            assert!((0..n).all(|i| longest(i as f32 / n as f32, max) <= max));
+            assert!((0..n).all(|i| survival.longest(i as f32 / n as f32, max) <= max));
         }
     }
 

@@ -33,7 +33,7 @@ mod target;
 use math::hash::combine;
 use scene::Scene;
 
-use self::block::{Block, Places, Rules};
+use self::block::{Block, Places, Rules, Survival};
 use self::plan::Plan;
 use crate::bdpt::weighting;
 use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
@@ -92,6 +92,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let rules = Rules {
         weighting: weighting(scene, shared::heuristic(p)),
         max_depth: p.limit("max_depth"),
+        survival: Survival::in_scene(scene),
         mutations: p.integer("mutations"),
         chain: p.integer("chain").max(1),
         large_steps: p.float("large_steps").clamp(0.0, 1.0),

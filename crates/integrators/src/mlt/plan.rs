@@ -7,7 +7,7 @@ use math::Bounds2i;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use scene::Scene;
 
-use super::block::{Block, MOST_EVENTS, Places, Rules, survival};
+use super::block::{Block, MOST_EVENTS, Places, Rules, Survival};
 use super::map::Map;
 use super::space::Technique;
 use crate::Counters;
@@ -31,7 +31,7 @@ pub(super) struct Plan {
 impl Plan {
     /// Knows nothing.
     pub(super) fn blank(region: Bounds2i, rules: &Rules, has_lens: bool) -> Self {
-        let techniques = Techniques::new(rules.max_depth, has_lens, &[]);
+        let techniques = Techniques::new(rules, has_lens, &[]);
         Self { mean: 0.0, map: Map::even(region), techniques }
     }
 
@@ -67,7 +67,7 @@ impl Plan {
             counters.add(c);
         }
         plan.mean = masses.total() / samples as f64;
-        plan.techniques = Techniques::new(rules.max_depth, has_lens, &masses.0);
+        plan.techniques = Techniques::new(&rules, has_lens, &masses.0);
 
         let rounds: Vec<_> = (0..blocks)
             .into_par_iter()
@@ -131,15 +131,16 @@ const ANY: f32 = 0.15;
 pub(super) struct Techniques {
     max_events: u32,
     has_lens: bool,
+    survival: Survival,
     /// Of the pilot's masses, summed up to each; empty if it found nothing.
     sums: Vec<f64>,
-    /// All [`survival`] up to `max_events`.
+    /// All chances of [`Survival`] up to `max_events`.
     survivals: f64,
 }
 
 impl Techniques {
-    fn new(max_depth: u32, has_lens: bool, masses: &[f64]) -> Self {
-        let max_events = max_depth.min(MOST_EVENTS);
+    fn new(rules: &Rules, has_lens: bool, masses: &[f64]) -> Self {
+        let (max_events, survival) = (rules.max_depth.min(MOST_EVENTS), rules.survival);
         let mut sums: Vec<f64> = masses
             .iter()
             .scan(0.0, |sum, m| {
@@ -150,8 +151,8 @@ impl Techniques {
         if !sums.last().is_some_and(|s| *s > 0.0 && s.is_finite()) {
             sums.clear();
         }
-        let survivals = (1..=max_events).map(|n| f64::from(survival(n))).sum();
-        Self { max_events, has_lens, sums, survivals }
+        let survivals = (1..=max_events).map(|n| f64::from(survival.chance(n))).sum();
+        Self { max_events, has_lens, survival, sums, survivals }
     }
 
     pub(super) fn sample(&self, [u_kind, u, u_s]: [f32; 3]) -> Technique {
@@ -166,8 +167,8 @@ impl Techniques {
         }
         let mut rest = f64::from(u) * self.survivals;
         let mut events = 1;
-        while events < self.max_events && rest >= f64::from(survival(events)) {
-            rest -= f64::from(survival(events));
+        while events < self.max_events && rest >= f64::from(self.survival.chance(events)) {
+            rest -= f64::from(self.survival.chance(events));
             events += 1;
         }
         let n = Technique::of_events(events, self.has_lens);
@@ -176,7 +177,7 @@ impl Techniques {
 
     pub(super) fn probability(&self, technique: Technique) -> f32 {
         let n = Technique::of_events(technique.events, self.has_lens);
-        let any = f64::from(survival(technique.events)) / (self.survivals * f64::from(n));
+        let any = f64::from(self.survival.chance(technique.events)) / (self.survivals * f64::from(n));
         let Some(total) = self.sums.last() else { return any as f32 };
         let i = index(technique);
         let mass = match self.sums.get(i) {
@@ -192,12 +193,27 @@ mod tests {
     use sampling::rng::Rng;
 
     use super::*;
+    use crate::bdpt::{Techniques as Ways, Weighting};
+
+    const RULES: Rules = Rules {
+        weighting: Weighting {
+            heuristic: sampling::mis::Heuristic::Power,
+            techniques: Ways::BIDIRECTIONAL,
+            lens_is_hittable: false,
+            light_share: 1.0,
+        },
+        max_depth: 0,
+        survival: Survival::WITHOUT_MEDIA,
+        mutations: 1,
+        chain: 1,
+        large_steps: 0.1,
+    };
 
     #[test]
     fn techniques_have_the_probabilities_that_are_told() {
         let masses = [0.0, 3.0, 1.0, 0.0, 2.0, 0.0, 4.0];
         for (max, masses) in [(1, &masses[..3]), (3, &masses[..]), (3, &[]), (u32::MAX, &masses[..])] {
-            let techniques = Techniques::new(max, false, masses);
+            let techniques = Techniques::new(&Rules { max_depth: max, ..RULES }, false, masses);
             let (n, mut rng) = (200_000, Rng::from_parts(&[3]));
             let mut counts = [0_u32; 40];
             for _ in 0..n {

@@ -159,3 +159,50 @@ impl<'a> Target<'a> {
         (size > 0.0 && size.is_finite()).then_some(Value { raster, rgb, size })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sampling::mis::Heuristic;
+    use sampling::rng::Rng;
+    use scene::{CompileOptions, compile};
+    use scene_desc::Sink;
+
+    use super::*;
+    use crate::bdpt::weighting;
+
+    fn load(name: &str, spectral: bool) -> Scene {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes");
+        let mut sink = Sink::default();
+        let desc = formats::load(&path.join(format!("{name}.pbrt")), &mut sink);
+        let options = CompileOptions { spectral, ..Default::default() };
+        let scene = desc.and_then(|d| compile(&d, &options, &mut sink));
+        scene.unwrap_or_else(|| panic!("{}", sink.render()))
+    }
+
+    /// Chains start at paths of samples: what these add, and what a chain makes of the same numbers, must be one thing.
+    #[test]
+    fn a_path_has_one_value_however_many_others_are_made_beside_it() {
+        for (name, spectral) in [("dispersion", true), ("smoke", false), ("wax", false), ("wide-lens", false)]
+        {
+            let scene = load(name, spectral);
+            let map = Map::even(scene.settings().sample_bounds());
+            let mut target = Target::new(&scene, weighting(&scene, Heuristic::Power), &map);
+            let mut compared = 0;
+            for i in 0..200 {
+                let mut rng = Rng::from_parts(&[i]);
+                let seeds = [rng.next_u64(), rng.next_u64(), rng.next_u64()];
+                let mut found = Vec::new();
+                let mut numbers = Numbers::default();
+                target
+                    .evaluate_all(5, &mut numbers, seeds, |technique, value| found.push((technique, *value)));
+                for (technique, value) in found {
+                    let mut numbers = Numbers::default();
+                    let alone = target.evaluate(technique, &mut numbers, of_technique(seeds, technique));
+                    assert_eq!((alone.rgb, alone.raster), (value.rgb, value.raster), "{name} {technique:?}");
+                    compared += 1;
+                }
+            }
+            assert!(compared > 100, "{name}: {compared}");
+        }
+    }
+}
