@@ -327,14 +327,6 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         to: "record(&state, technique, 1.0);",
         tests: &[agreement(&["large_lamp"])],
     },
-    Mutant {
-        name: "mlt-survival",
-        mistake: "mlt: the chance of longer paths is not paid for where chains start",
-        file: MLT_BLOCK,
-        from: "let size = f64::from(value.size / survival);",
-        to: "let size = f64::from(value.size + 0.0 * survival);",
-        tests: &[of("steradian-tests", &["--test", "light_paths"], &["furnaces"])],
-    },
     // ---- how it is added up ----
     Mutant {
         name: "unfiltered-splats",
