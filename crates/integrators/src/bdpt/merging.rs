@@ -16,8 +16,8 @@ use scene::Scene;
 use super::strategies::{Contribution, Joint};
 use super::weight::{LightEnd, Link, Strategy};
 use crate::common::{
-    Emission, Kernel, Near, Photon, PhotonMap, Photons, Place, Radius, Roulette, Shared, Site, Vertex, ball,
-    disk,
+    Emission, Kernel, Leaving, Near, Photon, PhotonMap, Photons, Place, Radius, Roulette, Shared, Site,
+    Vertex, ball, disk,
 };
 use crate::{Counters, PassContext, Prepared};
 
@@ -100,13 +100,14 @@ impl Merging {
     }
 }
 
-/// What makes a photon's density that of the eye's vertex, as seen from the vertex before: in media that is often as near as
-/// the photon, and weights that are not those of one path would not add up to one.
+/// What makes a photon's density that of the eye's vertex, as seen from the vertex before: that is often as near as the photon,
+/// in media, under surfaces and in corners, and weights that are not those of one path would not add up to one.
 fn moved(photon: &Photon, before: &Place, to: &Vertex) -> f32 {
-    if !photon.is_in_medium() || before.is_infinite {
+    if before.is_infinite {
         return 1.0;
     }
-    let ratio = (photon.p - before.p).length_squared() / (to.p() - before.p).length_squared();
+    let leaving = Leaving::Point { from: before.p, density: 1.0 };
+    let ratio = leaving.density_at(&to.place()) / leaving.density_at(&photon.place());
     if ratio.is_finite() { ratio } else { 1.0 }
 }
 

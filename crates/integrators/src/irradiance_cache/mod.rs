@@ -71,7 +71,7 @@ fn parameters() -> Vec<ParameterInfo> {
         parameter("max_spacing", ParameterKind::Float(32.0), "a record reaches at most so many pixels"),
         parameter("gradients", ParameterKind::Bool(true), "extrapolate with gradients"),
         parameter("clamping", ParameterKind::Bool(true), "records limit the reach of their neighbours"),
-        ParameterInfo { kind: ParameterKind::Integer(4), ..LIGHT_SAMPLES },
+        LIGHT_SAMPLES,
         parameter(
             "cache_memory",
             ParameterKind::Integer(1024),
