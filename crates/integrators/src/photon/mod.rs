@@ -58,8 +58,8 @@ fn parameters() -> Vec<ParameterInfo> {
         },
         ParameterInfo {
             name: "gather_rays",
-            kind: ParameterKind::Integer(8),
-            doc: "rays of final gathering",
+            kind: ParameterKind::Integer(2),
+            doc: "rays of final gathering; passes average more",
         },
         ParameterInfo {
             name: "nearest",
