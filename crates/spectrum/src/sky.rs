@@ -4,7 +4,7 @@
 //! |-------|----------------------------------------------------------------------------------------------------------|
 //! | sky   | fitted formula and RGB data [Hosek2012] (`data/hosek_wilkie`, under its authors' licence there)           |
 //! | sun   | a black body of 5778 K, attenuated by air, haze and ozone on the way [Preetham1999]; an even disk         |
-//! | place | [BlancoMuriel2001]                                                                                        |
+//! | place | [Blanco2001]                                                                                              |
 //!
 //! Radiance is linear sRGB in W m⁻² sr⁻¹ nm⁻¹: as bright as an even spectrum of that value. Left out: water vapour and
 //! mixed gases before the sun (below 3 % of visible light), and the darkening of its limb.

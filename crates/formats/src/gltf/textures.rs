@@ -61,7 +61,14 @@ impl Materials<'_, '_, '_> {
         let name = uv_name(set).to_owned();
         match transform {
             Mapping2d::Affine { u, v, shift } => Mapping2d::Attribute { name, u, v, shift },
-            _ => Mapping2d::Attribute { name, u: Vec2::X, v: Vec2::Y, shift: Vec2::ZERO },
+            // Without a transform.
+            Mapping2d::Uv { .. }
+            | Mapping2d::Attribute { .. }
+            | Mapping2d::Spherical(_)
+            | Mapping2d::Cylindrical(_)
+            | Mapping2d::Planar { .. } => {
+                Mapping2d::Attribute { name, u: Vec2::X, v: Vec2::Y, shift: Vec2::ZERO }
+            }
         }
     }
 

@@ -42,6 +42,7 @@ pub(super) const NAMES: [&str; 13] = [
 
 impl Build<'_, '_> {
     /// A material of pbrt-v3 that pbrt-v4 has not, or has otherwise.
+    #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     pub(super) fn old_material(&mut self, entity: &Entity) -> Option<MaterialKind> {
         let p = &entity.params;
         Some(match entity.kind.as_str() {

@@ -133,6 +133,7 @@ impl Writer<'_, '_, '_> {
         self.line(0, &format!("Integrator \"{name}\"{}", p.0));
     }
 
+    #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     fn camera(&mut self) -> Result<(), WriteError> {
         let c = &self.scene.camera;
         let mut p = Params::default();

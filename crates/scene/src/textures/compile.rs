@@ -204,15 +204,12 @@ impl<'a> TextureCompiler<'a> {
                 Some(lookup) => FloatNode::Image(lookup),
                 None => return FloatHandle::Constant(0.0),
             },
-            TextureNode::Step { tex, edge } => {
-                let step = FloatNode::Step { tex: operand(self, tex), edge: *edge };
-                match step {
-                    FloatNode::Step { tex: FloatHandle::Constant(c), edge } => {
-                        return FloatHandle::Constant(if c >= edge { 1.0 } else { 0.0 });
-                    }
-                    step => step,
+            TextureNode::Step { tex, edge } => match operand(self, tex) {
+                FloatHandle::Constant(c) => {
+                    return FloatHandle::Constant(if c >= *edge { 1.0 } else { 0.0 });
                 }
-            }
+                tex @ FloatHandle::Texture(_) => FloatNode::Step { tex, edge: *edge },
+            },
             TextureNode::Attribute { name, scale } => {
                 FloatNode::Attribute { id: self.attributes.id(name), scale: *scale }
             }
