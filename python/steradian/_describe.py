@@ -397,7 +397,7 @@ class Lowering:
 
     def _arrays(self, kind: str, own: Mapping[str, Any], where: str) -> _native.Geometry:
         allowed = {
-            "mesh": {"positions", "indices", "normals", "tangents", "uvs"},
+            "mesh": {"positions", "indices", "normals", "tangents", "uvs", "attributes"},
             "bilinear_mesh": {"positions", "indices", "normals", "uvs"},
             "loop_subdiv": {"positions", "indices", "levels"},
             "curve": {"segments", "width", "kind", "normals"},
@@ -441,6 +441,7 @@ class Lowering:
                     "width": np.ascontiguousarray(width),
                     "levels": _integer(own.get("levels", 3), f"{where}.levels"),
                     "facing": str(own.get("kind", "flat")),
+                    "attributes": json.dumps([_attribute(a, f"{where}.attributes") for a in own.get("attributes") or ()]),
                 },
             )
         except SceneError as e:
@@ -451,6 +452,21 @@ class Lowering:
             return _native.Geometry.from_json(text)
         except SceneError as e:
             raise SceneError(f"{where}: {e}") from None
+
+
+def _attribute(given: Any, where: str) -> dict[str, Any]:
+    """Values that a mesh carries: ``{"name": ..., "values": (n,) or (n, channels), "per_face": False}``."""
+    about = as_dict(given)
+    if about is None or not {"name", "values"} <= about.keys() <= {"name", "values", "channels", "per_face"}:
+        raise SceneError(f"{where}: expected dicts with name, values and perhaps channels and per_face, not {given!r}")
+    values = np.asarray(about["values"], np.float32)
+    channels = about.get("channels", values.shape[1] if values.ndim > 1 else 1)
+    return {
+        "name": str(about["name"]),
+        "channels": _integer(channels, f"{where}.channels"),
+        "per_face": bool(about.get("per_face", False)),
+        "values": values.ravel().tolist(),
+    }
 
 
 _GRAY = {"type": "diffuse"}

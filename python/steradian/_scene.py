@@ -359,6 +359,8 @@ def _shape(rest: Mapping[str, Any], geometry: _native.Geometry) -> Any:
         inner = {n: v for n, v in raised("ShapeDesc", {"geometry": {kind: fields}}).items() if n != "type"}
         return _make("ShapeDesc", kind, {**inner, **outer})
     arrays = geometry.to_arrays()
+    if "attributes" in arrays:
+        arrays["attributes"] = json.loads(arrays["attributes"])
     if about == "curve":
         arrays["segments"] = arrays.pop("positions").reshape(-1, 4, 3)
     return _make("ShapeDesc", about, {**arrays, **outer})

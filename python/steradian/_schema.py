@@ -112,7 +112,7 @@ def _fields(name: str, doc: str, schema: Schema, default: dict[str, Any]) -> Kin
     required = schema.get("required", [])
     order = [*required, *(p for p in properties if p not in required)]
     fields = {p: properties[p] for p in order}
-    optionals = {p: None for p, s in fields.items() if optional(s) is not None or p not in required}
+    optionals = {p: s.get("default") for p, s in fields.items() if optional(s) is not None or p not in required}
     return Kind(name, doc, fields, {**optionals, **default})
 
 

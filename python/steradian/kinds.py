@@ -312,7 +312,7 @@ class DiffuseMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -336,7 +336,7 @@ class DiffuseTransmissionMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -358,7 +358,7 @@ class OrenNayarMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -382,7 +382,7 @@ class ConductorMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -406,7 +406,7 @@ class DielectricMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -431,7 +431,7 @@ class ThinDielectricMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -460,7 +460,7 @@ class PlasticMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -504,7 +504,7 @@ class PrincipledMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -555,7 +555,7 @@ class MetallicRoughnessMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -583,7 +583,7 @@ class HairMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -603,7 +603,7 @@ class MeasuredMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -625,7 +625,7 @@ class TwoSidedMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -659,7 +659,7 @@ class CoatedDiffuseMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -695,7 +695,7 @@ class CoatedConductorMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -717,7 +717,7 @@ class MixMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -735,7 +735,7 @@ class InterfaceMaterial(Described):
     _: KW_ONLY
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""
@@ -763,7 +763,7 @@ class SubsurfaceMaterial(Described):
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None
     """A height, in scene units, that bends shading normals."""
-    normal_layout: Any = None
+    normal_layout: Any = field_default({'follows_v': False, 'mapping': {'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}}, 'strength': 1.0, 'wrap': ['repeat', 'repeat']})
     """How that map is laid."""
     normal_map: str | os.PathLike[str] | int | Mapping[str, Any] | None = None
     """A tangent-space normal map."""

@@ -18,6 +18,8 @@ from conftest import ROOT, SCENES
 import steradian as sr
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+FLAGS += ["--disable-component-update", "--disable-sync"]
 
 
 def test_the_guides_notebook() -> None:
@@ -111,11 +113,9 @@ def test_the_live_widget_in_a_browser(lab: str, tmp_path: Path) -> None:
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
         pytest.skip("the widget's test needs a browser: apt-get install chromium")
-    flags = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-    flags += ["--disable-component-update", "--disable-sync"]
     pictures = Path(os.environ.get("STERADIAN_SCREENSHOTS", tmp_path))
     with playwright.sync_playwright() as p:
-        chromium = p.chromium.launch(executable_path=browser, headless=True, args=flags)
+        chromium = p.chromium.launch(executable_path=browser, headless=True, args=FLAGS)
         page = chromium.new_page(viewport={"width": 1000, "height": 700})
         page.goto(lab, timeout=120_000, wait_until="domcontentloaded")
         page.wait_for_selector(".jp-NotebookPanel .jp-Cell", timeout=120_000)

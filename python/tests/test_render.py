@@ -223,8 +223,8 @@ def test_memory_does_not_grow(lamp: sr.Scene) -> None:
 
     shoot(50)
     before = resident()
-    shoot(150)
-    # A film of this size is 24·16·(144+…) bytes, some 80 kB: to keep each would take 12 MB and more.
+    shoot(1000)
+    # A film of this size is 24·16·(144+…) bytes, some 80 kB: to keep one in ten would take 8 MB.
     assert resident() - before < 6 << 20
 
 

@@ -25,5 +25,5 @@ mod suggest;
 mod write;
 
 pub use load::{load, load_with};
-pub use packed::{PackError, content_hash, pack, unpack};
+pub use packed::{HashCache, PackError, content_hash, pack, unpack};
 pub use write::{WriteError, write_pbrt};

@@ -5,11 +5,13 @@
 //!
 //! The piece is for programs of the same version, not for keeping: [postcard](https://postcard.jamesmunns.com) data.
 
+use std::collections::BTreeMap;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use scene_desc::SceneDesc;
+use scene_desc::{Geometry, SceneDesc};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
@@ -43,16 +45,66 @@ struct Packed {
 /// A hash of everything that a description says and of the files that it names, not of where they lie.
 #[must_use]
 pub fn content_hash(desc: &SceneDesc) -> u64 {
-    let mut desc = SceneDesc { content_hash: 0, ..desc.clone() };
-    let mut hash = Hasher(Xxh3::new());
-    for path in desc.files_mut() {
-        // A file that cannot be read is told when the scene is compiled.
-        hash.0.update(&source::hash(path).unwrap_or_default().to_le_bytes());
-        *path = path.extension().map(PathBuf::from).unwrap_or_default();
+    HashCache::default().content_hash(desc)
+}
+
+/// Hashes of forms and files, so that an edit does not hash again what it left alone.
+#[derive(Default)]
+pub struct HashCache {
+    /// By the address of the form, which is held so that no other can have it.
+    forms: BTreeMap<usize, (Geometry, u64)>,
+    files: BTreeMap<PathBuf, u64>,
+}
+
+impl HashCache {
+    /// What [`content_hash`] says. Files that were hashed once count as they were then.
+    #[must_use]
+    pub fn content_hash(&mut self, desc: &SceneDesc) -> u64 {
+        let mut desc = SceneDesc { content_hash: 0, ..desc.clone() };
+        let mut hash = Hasher(Xxh3::new());
+        for path in desc.files_mut() {
+            // A file that cannot be read is told when the scene is compiled.
+            let known = self.files.entry(path.clone());
+            let of_file = *known.or_insert_with_key(|path| source::hash(path).unwrap_or_default());
+            hash.0.update(&of_file.to_le_bytes());
+            *path = path.extension().map(PathBuf::from).unwrap_or_default();
+        }
+
+        // Forms one by one; those of now are remembered, others forgotten.
+        let before = std::mem::take(&mut self.forms);
+        let objects = desc.objects.iter_mut().flat_map(|o| &mut o.shapes);
+        for shape in desc.shapes.iter_mut().chain(objects) {
+            let Some(address) = address(&shape.geometry) else { continue };
+            let placeholder = Geometry::Disk { height: 0.0, radius: 0.0, inner_radius: 0.0, phi_max: 0.0 };
+            let form = std::mem::replace(&mut shape.geometry, placeholder);
+            let of_form = match before.get(&address) {
+                Some((_, known)) => *known,
+                None => hash_of(&form),
+            };
+            hash.0.update(&of_form.to_le_bytes());
+            self.forms.insert(address, (form, of_form));
+        }
+        hash.0.update(&hash_of(&desc).to_le_bytes());
+        hash.0.digest()
     }
-    // Writing to a hash cannot fail.
-    let _ = postcard::to_io(&desc, &mut hash);
-    hash.0.digest()
+}
+
+/// Where a shared form lies; `None` for forms that are a few numbers.
+fn address(geometry: &Geometry) -> Option<usize> {
+    match geometry {
+        Geometry::Mesh(a) => Some(Arc::as_ptr(a).addr()),
+        Geometry::BilinearMesh(a) => Some(Arc::as_ptr(a).addr()),
+        Geometry::LoopSubdiv(a) => Some(Arc::as_ptr(a).addr()),
+        Geometry::Curve(a) => Some(Arc::as_ptr(a).addr()),
+        Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. } => None,
+    }
+}
+
+fn hash_of(value: &impl Serialize) -> u64 {
+    // Buffered, since numbers come one by one. Writing to a hash cannot fail.
+    let writer = BufWriter::with_capacity(1 << 16, Hasher(Xxh3::new()));
+    let written = postcard::to_io(value, writer).ok().and_then(|w| w.into_inner().ok());
+    written.map_or(0, |hash| hash.0.digest())
 }
 
 /// The description with the bytes of all its files, images decoded; on the threads of the current rayon pool.

@@ -29,6 +29,8 @@ struct Arrays<'py> {
     width: Option<PyReadonlyArray1<'py, f32>>,
     levels: u32,
     facing: String,
+    /// Values that meshes carry, as JSON.
+    attributes: String,
 }
 
 #[pymethods]
@@ -65,7 +67,8 @@ impl Geometry {
                     tangents,
                     uvs,
                     indices,
-                    ..MeshDesc::default()
+                    attributes: serde_json::from_str(&arrays.attributes)
+                        .map_err(|e| error(py, "SceneError", &format!("attributes of a mesh: {e}")))?,
                 }))
             }
             "bilinear_mesh" => {
@@ -126,6 +129,7 @@ impl Geometry {
                 d.set_item("tangents", v3(&m.tangents)?)?;
                 d.set_item("uvs", v2(&m.uvs)?)?;
                 d.set_item("indices", arrays::rows(py, m.indices.clone())?)?;
+                d.set_item("attributes", serde_json::to_string(&m.attributes).unwrap_or_default())?;
             }
             scene_desc::Geometry::BilinearMesh(m) => {
                 d.set_item("positions", v3(&m.positions)?)?;

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ::scene::Kept;
+use formats::HashCache;
 use math::Bounds2i;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -24,7 +26,15 @@ struct State {
     desc: Arc<SceneDesc>,
     /// Was it changed since its content was hashed?
     edited: bool,
-    compiled: Option<(Options, Arc<Opened>)>,
+    hashes: HashCache,
+    compiled: Option<Compiled>,
+}
+
+/// The last compile: with which options, and of what.
+struct Compiled {
+    options: Options,
+    desc: Arc<SceneDesc>,
+    opened: Arc<Opened>,
 }
 
 /// What decides about compilation beside the description.
@@ -53,10 +63,22 @@ impl Options {
     }
 }
 
+impl Compiled {
+    /// What a later compile can use; nothing while a render has the scene still.
+    fn into_kept(self) -> Option<Kept> {
+        let opened = Arc::into_inner(self.opened)?;
+        Some(opened.scene.into_kept(Arc::unwrap_or_clone(self.desc)))
+    }
+}
+
 impl State {
+    fn new(desc: SceneDesc, edited: bool) -> Self {
+        Self { desc: Arc::new(desc), edited, hashes: HashCache::default(), compiled: None }
+    }
+
     fn hashed(&mut self) -> Arc<SceneDesc> {
         if self.edited {
-            let hash = formats::content_hash(&self.desc);
+            let hash = self.hashes.content_hash(&self.desc);
             Arc::make_mut(&mut self.desc).content_hash = hash;
             self.edited = false;
         }
@@ -70,8 +92,7 @@ impl Scene {
     }
 
     pub(crate) fn from_desc(desc: SceneDesc, strict: bool) -> Self {
-        let state = State { desc: Arc::new(desc), edited: true, compiled: None };
-        Self { state: Mutex::new(state), strict }
+        Self { state: Mutex::new(State::new(desc, true)), strict }
     }
 
     /// The description as it is now; its hash may be of before.
@@ -110,15 +131,17 @@ impl Scene {
         let opened = py.detach(|| {
             let mut state = self.lock();
             let desc = state.hashed();
-            if let Some((of, opened)) = &state.compiled
-                && of == options
-                && opened.scene.settings().content_hash == desc.content_hash
+            if let Some(last) = &state.compiled
+                && last.options == *options
+                && last.opened.scene.settings().content_hash == desc.content_hash
             {
-                return Some(Arc::clone(opened));
+                return Some(Arc::clone(&last.opened));
             }
+            let kept = state.compiled.take().and_then(Compiled::into_kept);
             let scene_options = options.to_scene_options(self.strict);
-            let opened = Arc::new(render::compile((*desc).clone(), &scene_options, &workers, &mut sink)?);
-            state.compiled = Some((options.clone(), Arc::clone(&opened)));
+            let opened = render::recompile((*desc).clone(), &scene_options, kept, &workers, &mut sink)?;
+            let opened = Arc::new(opened);
+            state.compiled = Some(Compiled { options: options.clone(), desc, opened: Arc::clone(&opened) });
             Some(opened)
         });
         let opened = opened.ok_or_else(|| of_scene(py, &sink, self.strict))?;
@@ -140,8 +163,7 @@ impl Scene {
         });
         let desc = desc.map_err(|e| of_render(py, &e))?.ok_or_else(|| of_scene(py, &sink, strict))?;
         warn(py, &sink)?;
-        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
-        Ok(Self { state: Mutex::new(state), strict })
+        Ok(Self { state: Mutex::new(State::new(desc, false)), strict })
     }
 
     /// The same scene seen by another camera (as JSON). `content_hash`, if given, is what this function's result on another
@@ -175,7 +197,6 @@ impl Scene {
     fn unpack(py: Python<'_>, bytes: &[u8], folder: PathBuf) -> PyResult<Self> {
         let desc = py.detach(|| formats::unpack(bytes, &folder));
         let desc = desc.map_err(|e| error(py, "SceneError", &render::sentence(&e)))?;
-        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
-        Ok(Self { state: Mutex::new(state), strict: false })
+        Ok(Self { state: Mutex::new(State::new(desc, false)), strict: false })
     }
 }

@@ -31,7 +31,7 @@ pub use checkpoint::{Checkpoint, save_film};
 pub use error::{Error, sentence};
 pub use events::{Cancel, Event, Progress, Urgency};
 pub use job::{Job, Method, Outcome, Replayed};
-pub use open::{Contents, Opened, SCENE_SETTINGS, SceneOptions, compile, load, open};
+pub use open::{Contents, Opened, SCENE_SETTINGS, SceneOptions, compile, load, open, recompile};
 pub use output::{VERSION, check_writable, is_picture, picture, save_picture};
 pub use precision::Precision;
 pub use run::{Checkpointer, Control, Passes, RunReport, Viewer, run};

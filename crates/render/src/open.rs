@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use math::Bounds2i;
-use scene::{CompileOptions, Scene};
+use scene::{CompileOptions, Kept, Scene};
 use scene_desc::{LightSelection, SceneDesc, Severity, Sink, Span};
 
 use crate::Workers;
@@ -77,8 +77,19 @@ pub fn load(path: &Path, options: &SceneOptions, workers: &Workers, sink: &mut S
 
 /// Compiles a description on the threads of `workers`. `None`: `sink` says why.
 pub fn compile(
+    desc: SceneDesc,
+    options: &SceneOptions,
+    workers: &Workers,
+    sink: &mut Sink,
+) -> Option<Opened> {
+    recompile(desc, options, None, workers, sink)
+}
+
+/// The same, with what an earlier compile made: what is alike is taken over and not made again.
+pub fn recompile(
     mut desc: SceneDesc,
     options: &SceneOptions,
+    kept: Option<Kept>,
     workers: &Workers,
     sink: &mut Sink,
 ) -> Option<Opened> {
@@ -87,7 +98,7 @@ pub fn compile(
         return None;
     }
     let contents = Contents::of(&desc);
-    let scene = workers.install(|| scene::compile(&desc, &compile_options(options), sink))?;
+    let scene = workers.install(|| scene::recompile(&desc, &compile_options(options), kept, sink))?;
     (!is_refused(options, sink)).then_some(Opened { scene, contents })
 }
 

@@ -32,7 +32,7 @@ pub struct ShapeDesc {
 }
 
 /// Forms.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Geometry {
     /// Triangles.

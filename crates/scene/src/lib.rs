@@ -18,7 +18,7 @@ mod shapes;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
-pub use compile::{CompileOptions, compile};
+pub use compile::{CompileOptions, Kept, compile, recompile};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, Place, SurfaceInteraction, TextureContext};
 pub use light_select::LightSelector;

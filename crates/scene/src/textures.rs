@@ -16,6 +16,7 @@ mod texture_image;
 
 pub use compile::TextureCompiler;
 pub use images::Images;
+pub(crate) use images::KeptImages;
 pub(crate) use mapping::Mapping;
 pub use node::{FloatHandle, SpectrumHandle, Textures};
 pub(crate) use noise::noise;

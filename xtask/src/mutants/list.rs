@@ -63,6 +63,14 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {
+        name: "verdict-no-cosine",
+        mistake: "the same, to be found by the laboratory's verdict",
+        file: DIRECT,
+        from: "let reflected = f * sample.li * wi.abs_cos_theta();",
+        to: "let reflected = f * sample.li;",
+        tests: &[of("steradian-lab", &["--test", "verdicts"], &["methods_that_are_right_agree"])],
+    },
+    Mutant {
         name: "no-eta-squared",
         mistake: "no η² for importance: light walks scatter as camera walks do",
         file: WALK,

@@ -99,6 +99,8 @@ pub struct MethodFigures {
     pub mrays_per_run: f64,
     /// relMSE of each run, without the reference's noise.
     pub relmse_of_runs: Vec<f64>,
+    /// The same without the worst thousandth of the pixels of each run; the reference's noise is in it.
+    pub trimmed_of_runs: Vec<f64>,
     /// relMSE, its geometric mean over runs, without the reference's noise.
     pub relmse: Interval,
     /// Without the worst thousandth of the pixels. (The reference's noise is in it.)
@@ -240,6 +242,7 @@ fn of_method(label: &str, trials: &[Trial], reference: &Reference, width: usize)
         mrays_per_second: rays as f64 * 1e-6 / (seconds * trials.len() as f64).max(1e-9),
         mrays_per_run: rays as f64 * 1e-6 / trials.len() as f64,
         relmse_of_runs: last().map(|m| own(m.metrics.relmse)).collect(),
+        trimmed_of_runs: last().map(|m| m.metrics.trimmed_relmse).collect(),
         relmse,
         trimmed_relmse: geometric(last().map(|m| m.metrics.trimmed_relmse)),
         flip: flip::mean(&flip::flip_hdr(&first.developed.mean, &reference.rgb, width)),

@@ -7,6 +7,7 @@ const BOX: &str = include_str!("../../scenes/box.pbrt");
 const GLOSSY: &str = include_str!("../../scenes/glossy.pbrt");
 const PLATES: &str = include_str!("../../scenes/plates.pbrt");
 const CAUSTIC: &str = include_str!("../../scenes/caustic.pbrt");
+const WAX: &str = include_str!("../../scenes/wax.pbrt");
 const ROOM: &str = include_str!("../../scenes/room.pbrt");
 
 const fn lower(better: &'static str, worse: &'static str, factor: f64) -> Claim {
@@ -123,7 +124,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("4 rays", "recursive:max_depth=2:branching=4"),
             ("16 rays", "recursive:max_depth=2:branching=16"),
         ],
-        spp: 16,
+        spp: 8,
         reference: "path:max_depth=2",
         claims: &[
             lower("16 rays", "1 ray", 1.0),
@@ -170,12 +171,34 @@ pub const CATALOGUE: &[Experiment] = &[
         ],
     },
     Experiment {
+        name: "subsurface",
+        title: "Under the skin: light that comes out elsewhere",
+        theory: "What passes the border of wax or skin wanders below, is scattered many times, and comes out somewhere else. Reflection at \
+                 the surface alone leaves such things dark. A random walk under the border is the whole theory; it is the same walk from \
+                 the eye and from the lamp, so that path, light and bidirectional path tracing must show one picture.",
+        scene: WAX,
+        methods: &[
+            ("surface alone", "path:max_depth=1"),
+            ("path", "path"),
+            ("bdpt", "bdpt"),
+            ("light", "light"),
+        ],
+        spp: 24,
+        reference: "path",
+        claims: &[
+            Claim::Brighter { a: "path", b: "surface alone", factor: 1.05 },
+            Claim::Differ { a: "path", b: "surface alone" },
+            Claim::Agree { a: "path", b: "bdpt" },
+            Claim::Agree { a: "path", b: "light" },
+        ],
+    },
+    Experiment {
         name: "caustics",
         title: "Caustics by each method",
         theory: "Light that a glass ball gathers on the floor reaches the eye over a path that next-event estimation cannot make: the last edge to \
-                 the lamp is refracted. Path tracing must hit the small lamp by chance. Light tracing and bidirectional path tracing start \
-                 at the lamp. In the mirror the same caustic is seen over a specular-diffuse-specular path, which only density \
-                 estimation samples well.",
+                 the lamp is refracted. Path tracing must hit the lamp by chance. Light tracing and bidirectional path tracing start at the \
+                 lamp. In the mirror the same caustic is seen over a specular-diffuse-specular path: no connection makes it, bidirectional \
+                 path tracing is as noisy there as path tracing, and only density estimation samples it well.",
         scene: CAUSTIC,
         methods: &[
             ("path", "path"),
@@ -186,9 +209,9 @@ pub const CATALOGUE: &[Experiment] = &[
             ("sppm", "sppm"),
         ],
         spp: 48,
-        reference: "bdpt",
+        reference: "vcm",
         claims: &[
-            lower("bdpt", "path", 3.0),
+            lower("bdpt", "path", 1.5),
             lower("sppm", "path", 3.0),
             lower("sppm", "light", 1.0),
             Claim::Differ { a: "light", b: "bdpt" },

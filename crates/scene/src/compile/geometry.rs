@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
 
 use super::CompileOptions;
+use super::kept::{KeptWorld, needs_filter};
 use crate::MaterialId;
-use crate::materials::{Gaps, Materials};
+use crate::materials::Materials;
 use crate::media::MediumIds;
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
@@ -29,14 +30,17 @@ pub(crate) struct World {
     pub(crate) emitters: Vec<(usize, usize)>,
 }
 
-/// Bakes, builds and counts. `None` only together with an error in `sink`.
-pub(crate) fn build(
+/// Bakes, builds and counts, or takes over what is `kept`. `None` only together with an error in `sink`.
+pub(super) fn build(
     desc: &SceneDesc,
     materials: &Materials,
     textures: &mut TextureCompiler<'_>,
     (options, media): (&CompileOptions, &MediumIds),
+    kept: Option<KeptWorld>,
 ) -> Option<World> {
-    let mut builder = Builder { desc, materials, textures, media, shapes: Vec::new() };
+    let (forms, trees) = kept.map(KeptWorld::into_parts).unzip();
+    let forms = forms.map(Vec::into_iter);
+    let mut builder = Builder { desc, materials, textures, media, shapes: Vec::new(), forms };
 
     // The world's own shapes; those that move become objects of their own.
     let animated = |i: &usize| desc.shapes[*i].world_from_object.is_animated();
@@ -59,7 +63,11 @@ pub(crate) fn build(
     }
 
     let shapes = builder.shapes;
-    let accel = build_trees(&shapes, world_len, &object_base, &instances, textures.sink())?;
+    let trees = trees.and_then(|(accel, filters)| KeptWorld::trees(accel, &filters, &shapes, options.isa));
+    let accel = match trees {
+        Some(accel) => accel,
+        None => build_trees(&shapes, world_len, &object_base, &instances, textures.sink())?,
+    };
     let accel = match options.isa {
         Some(isa) => accel.with_isa(isa),
         None => accel,
@@ -85,11 +93,16 @@ struct Builder<'a, 'b> {
     textures: &'a mut TextureCompiler<'b>,
     media: &'a MediumIds,
     shapes: Vec<Shape>,
+    /// Of an earlier compile, in the same order.
+    forms: Option<std::vec::IntoIter<ShapeGeometry>>,
 }
 
 impl Builder<'_, '_> {
     fn add_shapes(&mut self, shapes: &[&ShapeDesc], place: Place) {
-        let baked: Vec<ShapeGeometry> = shapes.par_iter().map(|s| bake(s, place)).collect();
+        let baked: Vec<ShapeGeometry> = match &mut self.forms {
+            Some(forms) => forms.take(shapes.len()).collect(),
+            None => shapes.par_iter().map(|s| bake(s, place)).collect(),
+        };
         for (desc, geometry) in shapes.iter().zip(baked) {
             let material = &self.desc.materials[desc.material.index()];
             let inputs = [&desc.alpha, &material.opacity];
@@ -231,10 +244,7 @@ fn blas(shapes: &[Shape]) -> Result<Blas, accel::BuildError> {
     let geometries: Vec<accel::Geometry<'_>> = shapes
         .iter()
         .zip(&prepared)
-        .map(|(s, p)| accel::Geometry {
-            shape: p.shape(),
-            needs_filter: s.alpha.is_some() || s.gaps != Gaps::Nowhere,
-        })
+        .map(|(s, p)| accel::Geometry { shape: p.shape(), needs_filter: needs_filter(s) })
         .collect();
     Blas::build(&geometries, &BuildOptions::default())
 }

@@ -5,6 +5,9 @@
 
 mod emitters;
 mod geometry;
+mod kept;
+
+pub use kept::Kept;
 
 use math::Bounds2i;
 use scene_desc::{SceneDesc, Sink};
@@ -36,6 +39,18 @@ pub struct CompileOptions {
 /// Compiles a scene, on all threads of the current rayon pool. `None` if `sink` has an error.
 #[must_use]
 pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> Option<Scene> {
+    recompile(desc, options, None, sink)
+}
+
+/// The same, with what an earlier compile made and this one needs alike: to the bit what [`compile`] gives.
+#[must_use]
+pub fn recompile(
+    desc: &SceneDesc,
+    options: &CompileOptions,
+    kept: Option<Kept>,
+    sink: &mut Sink,
+) -> Option<Scene> {
+    let (kept_images, kept_world) = kept.map(|k| k.split(desc)).unzip();
     let (resolution, crop) = film_bounds(desc, options, sink)?;
     let camera = Camera::compile(&desc.camera, resolution).map(|c| c.with_border(desc.filter.reach()));
     if camera.is_none() {
@@ -50,8 +65,9 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
     let (media, medium_ids) = Media::compile(&desc.media, materials.interiors(), colors, compiler.sink());
-    let world = geometry::build(desc, &materials, &mut compiler, (options, &medium_ids));
-    let textures = compiler.finish();
+    let world =
+        geometry::build(desc, &materials, &mut compiler, (options, &medium_ids), kept_world.flatten());
+    let textures = compiler.finish_with(kept_images.as_ref());
 
     // Lights.
     if sink.has_errors() {

@@ -12,7 +12,7 @@ use spectrum::{ColorPipeline, SpectrumValue};
 
 use self::leaves::noise_of;
 use super::attributes::Attributes;
-use super::images::{ImageUse, Images};
+use super::images::{ImageUse, Images, KeptImages};
 use super::mapping::{Mapping, Mapping3};
 use super::node::{Combine, FloatHandle, FloatNode, SpectrumHandle, SpectrumNode, Textures};
 use super::pattern::Marble;
@@ -107,7 +107,12 @@ impl<'a> TextureCompiler<'a> {
     /// Reads the images (in parallel) and gives everything that was asked for.
     #[must_use]
     pub fn finish(self) -> Textures {
-        let images = Images::load(&self.scene.images, &self.images, self.sink);
+        self.finish_with(None)
+    }
+
+    /// The same; images of an earlier compile are not read again.
+    pub(crate) fn finish_with(self, kept: Option<&KeptImages>) -> Textures {
+        let images = Images::load(&self.scene.images, &self.images, kept, self.sink);
         Textures {
             floats: self.floats,
             spectra: self.spectra,

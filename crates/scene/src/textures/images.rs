@@ -27,6 +27,22 @@ pub(super) enum ImageUse {
 #[derive(Clone, Debug, Default)]
 pub struct Images {
     list: Vec<TextureImage>,
+    /// What each was made for.
+    uses: Vec<ImageUse>,
+}
+
+/// Images of an earlier compile and their descriptions: those that are wanted again are not read again.
+pub(crate) struct KeptImages {
+    pub(crate) descs: Vec<ImageDesc>,
+    pub(crate) images: Images,
+}
+
+impl KeptImages {
+    /// The image with a number, if it is the same one and can be used as is wanted.
+    fn get(&self, index: usize, desc: &ImageDesc, usage: ImageUse) -> Option<&TextureImage> {
+        let same = self.descs.get(index)? == desc && *self.images.uses.get(index)? == usage;
+        if same { self.images.list.get(index) } else { None }
+    }
 }
 
 impl Images {
@@ -43,9 +59,16 @@ impl Images {
     }
 
     /// Reads what is used. Files that cannot be read are errors.
-    pub(super) fn load(descs: &[ImageDesc], uses: &[ImageUse], sink: &mut Sink) -> Self {
-        // Each file once, however many images it is.
-        let used = || descs.iter().zip(uses).filter(|(_, u)| **u > ImageUse::None);
+    pub(super) fn load(
+        descs: &[ImageDesc],
+        uses: &[ImageUse],
+        kept: Option<&KeptImages>,
+        sink: &mut Sink,
+    ) -> Self {
+        // Each file once, however many images it is; none of what is there already.
+        let had = |i: usize| kept.and_then(|k| k.get(i, &descs[i], uses[i]));
+        let wanted = |i: &usize| uses[*i] > ImageUse::None && had(*i).is_none();
+        let used = || (0..descs.len()).filter(wanted).map(|i| (&descs[i], &uses[i]));
         let files: BTreeMap<&Path, Option<&[u8]>> =
             used().map(|(d, _)| (d.path.as_path(), d.embedded.as_deref())).collect();
         let files: Vec<(&Path, Option<&[u8]>)> = files.into_iter().collect();
@@ -63,7 +86,7 @@ impl Images {
             }
         }
         let curves = Curves::default();
-        let make = |(desc, &usage): (&ImageDesc, &ImageUse)| match file(desc) {
+        let make = |(_, desc, usage): (usize, &ImageDesc, ImageUse)| match file(desc) {
             Some(Ok(file)) if usage > ImageUse::None => {
                 let mut image = file.image(desc, &curves);
                 if usage == ImageUse::Pyramid {
@@ -73,8 +96,9 @@ impl Images {
             }
             Some(Ok(_) | Err(_)) | None => black(),
         };
-        let jobs: Vec<_> = descs.iter().zip(uses).collect();
-        Self { list: jobs.into_par_iter().map(make).collect() }
+        let jobs: Vec<_> = descs.iter().zip(uses).enumerate().map(|(i, (d, u))| (i, d, *u)).collect();
+        let list = jobs.into_par_iter().map(|job| had(job.0).cloned().unwrap_or_else(|| make(job))).collect();
+        Self { list, uses: uses.to_vec() }
     }
 }
 
@@ -261,7 +285,7 @@ mod tests {
         ];
         let mut sink = Sink::default();
         let uses = [ImageUse::Base, ImageUse::Base, ImageUse::Pyramid, ImageUse::None];
-        let images = Images::load(&descs, &uses, &mut sink);
+        let images = Images::load(&descs, &uses, None, &mut sink);
         assert!(sink.diagnostics().is_empty(), "{sink:?}");
 
         // sRGB keeps 0.2159 as 128 of 255.
@@ -279,7 +303,7 @@ mod tests {
     fn a_missing_file_is_an_error_at_the_line_that_asked_for_it() {
         let mut sink = Sink::default();
         let descs = [desc("/nowhere/none.png".into(), ImageEncoding::Auto)];
-        let images = Images::load(&descs, &[ImageUse::Base], &mut sink);
+        let images = Images::load(&descs, &[ImageUse::Base], None, &mut sink);
         let d = &sink.diagnostics()[0];
         assert_eq!((d.severity, d.span.line), (Severity::Error, 7));
         assert!(d.message.starts_with("cannot read image \"/nowhere/none.png\": "), "{}", d.message);
@@ -304,7 +328,7 @@ mod tests {
         let image = image::Image::from_data(2, 1, names, data).unwrap();
         image::save(&path, &image, &image::SaveOptions::default()).unwrap();
         let mut sink = Sink::default();
-        let images = Images::load(&[desc(path, ImageEncoding::Auto)], &[ImageUse::Base], &mut sink);
+        let images = Images::load(&[desc(path, ImageEncoding::Auto)], &[ImageUse::Base], None, &mut sink);
         assert!(sink.diagnostics().is_empty(), "{sink:?}");
         let leaf = images.get(ImageId(0));
         assert_eq!([leaf.texel_scalar(0, 0), leaf.texel_scalar(1, 0)], [0.0, 1.0]);
@@ -319,7 +343,7 @@ mod tests {
             image::Image::from_data(1, 1, ["R", "G", "B"].map(str::to_owned).to_vec(), vec![7.5, 0.25, 1e-3]);
         image::save(&path, &image.unwrap(), &image::SaveOptions::default()).unwrap();
         let mut sink = Sink::default();
-        let images = Images::load(&[desc(path, ImageEncoding::Srgb)], &[ImageUse::Base], &mut sink);
+        let images = Images::load(&[desc(path, ImageEncoding::Srgb)], &[ImageUse::Base], None, &mut sink);
         assert_eq!(images.get(ImageId(0)).texel_rgb(0, 0), [7.5, 0.25, 1e-3]);
     }
 }

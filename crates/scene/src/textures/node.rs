@@ -181,6 +181,11 @@ impl Textures {
         &self.images
     }
 
+    /// The decoded images alone.
+    pub(crate) fn into_images(self) -> Images {
+        self.images
+    }
+
     /// How colours become lanes.
     #[must_use]
     pub fn colors(&self) -> ColorPipeline {
