@@ -135,7 +135,7 @@ def edits(path: Path, rounds: int) -> dict[str, float]:
             scene.camera = scene.camera.replace(fov=scene.camera.fov + 1)
 
         def light() -> None:
-            scene.lights[0] = scene.lights[0].replace(scale=2.0)
+            scene.lights[0] = sr.InfiniteConstantLight((0.5, 0.6, 0.8))
 
         for edit in (colour, camera, light):
             edit()
