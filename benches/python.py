@@ -81,7 +81,7 @@ def rays(path: Path, rounds: int) -> dict[str, float]:
     fields = points.valid
     u = np.random.default_rng(0).random((len(raster), 3), np.float32)
     wi = points.sample(u).wi
-    bounce = tuple(np.ascontiguousarray(a[fields]) for a in (points.spawn(wi), wi))
+    bounce = tuple(np.ascontiguousarray(a[fields]) for a in points.spawn(wi))
     ratios: dict[str, list[float]] = {"camera": [], "bounce": []}
     for _ in range(rounds):
         told = command("bench", path, "--time", "1s", "--json")

@@ -22,7 +22,7 @@ fn compare(methods: &[&str], truth: Option<(Vec<[f32; 3]>, Vec<[f32; 3]>)>) -> C
     let scene = scene(&workers);
     let render = Truth::Render {
         method: Entry::parse("path:max_depth=3").unwrap().method,
-        relmse: 1e-3,
+        relmse: 1e-4,
         time: std::time::Duration::from_secs(20),
         cache: None,
     };
