@@ -176,8 +176,7 @@ impl Scene {
         desc.camera = serde_json::from_str(camera).map_err(|e| wrong(e.to_string()))?;
         let Some(hash) = content_hash else { return Ok(Self::from_desc(desc, self.strict)) };
         desc.content_hash = u64::from_str_radix(hash, 16).map_err(|e| wrong(e.to_string()))?;
-        let state = State { desc: Arc::new(desc), edited: false, compiled: None };
-        Ok(Self { state: Mutex::new(state), strict: self.strict })
+        Ok(Self { state: Mutex::new(State::new(desc, false)), strict: self.strict })
     }
 
     /// A hash of all that was read.
