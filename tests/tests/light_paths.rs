@@ -320,7 +320,7 @@ fn a_parabolic_mirror_with_a_lamp_in_its_focus() {
     family.finish();
 }
 
-/// Distant light along the axis goes to the focus: what meets the mirror at r is at r_d = ½ r / (1 − r²/4) half way there.
+/// Distant light along the axis goes to the focus: what meets the mirror at r is at `r_d = ½ r / (1 − r²/4)` half way there.
 /// The screen shades the middle of the mirror, and so its own.
 #[test]
 fn a_parabolic_mirror_in_the_sun() {

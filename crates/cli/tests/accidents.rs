@@ -183,7 +183,7 @@ fn a_checkpoint_of_something_else_is_refused_by_name_and_stays() {
     refused("c", &["scenes "], &[]);
 }
 
-/// The Python package has the cluster: without it a sentence says what to do. (With it: python/tests/test_cluster.py.)
+/// The Python package has the cluster: without it a sentence says what to do. (With it: `python/tests/test_cluster.py`.)
 #[test]
 fn a_cluster_without_the_python_package_is_a_sentence() {
     let folder = folder();

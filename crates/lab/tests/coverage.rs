@@ -1,6 +1,7 @@
 //! Do intervals of 95 % cover the truth in 93 to 97 of a hundred cases? Two thousand replicates, cheap ones.
 //!
 //! The standard error of a coverage of 95 % over 2000 replicates is 0.5 %: the bounds are four of them away.
+#![allow(clippy::unwrap_used, reason = "set-up of tests: a failure is a failed test")]
 
 use std::num::NonZero;
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Verdicts: methods that are right agree, and whatever is wrong with one of them flips it.
 //!
 //! The planted mistake `verdict-no-cosine` of `cargo xtask mutants` is found by the first test alone.
+#![allow(clippy::unwrap_used, reason = "set-up of tests: a failure is a failed test")]
 
 use std::num::NonZero;
 use std::path::Path;
@@ -17,7 +18,10 @@ fn scene(workers: &Workers) -> Scene {
     render::open(&path, &options, workers, &mut sink).unwrap_or_else(|| panic!("{}", sink.render())).scene
 }
 
-fn compare(methods: &[&str], truth: Option<(Vec<[f32; 3]>, Vec<[f32; 3]>)>) -> Comparison {
+/// Means and variances of pixels.
+type Known = (Vec<[f32; 3]>, Vec<[f32; 3]>);
+
+fn compare(methods: &[&str], truth: Option<Known>) -> Comparison {
     let workers = Workers::new(NonZero::new(2)).unwrap();
     let scene = scene(&workers);
     let render = Truth::Render {

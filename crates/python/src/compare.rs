@@ -188,11 +188,13 @@ fn entry(py: Python<'_>, label: &str, text: &str) -> PyResult<Entry> {
 }
 
 fn of_comparison(py: Python<'_>, e: &comparison::Error) -> PyErr {
-    match e {
-        comparison::Error::Render(e) => of_render(py, e),
-        comparison::Error::Interrupted => pyo3::exceptions::PyKeyboardInterrupt::new_err(e.to_string()),
-        e => error(py, "ParameterError", &render::sentence(e)),
+    if let comparison::Error::Render(e) = e {
+        return of_render(py, e);
     }
+    if matches!(e, comparison::Error::Interrupted) {
+        return pyo3::exceptions::PyKeyboardInterrupt::new_err(e.to_string());
+    }
+    error(py, "ParameterError", &render::sentence(e))
 }
 
 fn to_json(py: Python<'_>, value: &impl Serialize) -> PyResult<String> {

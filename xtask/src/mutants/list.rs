@@ -155,8 +155,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "light-pick-direct",
         mistake: "next-event estimation picks by importance, weighted as if uniformly",
         file: DIRECT,
-        from: "scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, chosen))",
-        to: "scene.lights.sample(light, ctx, u, self.wl).map(|s| (s, 0.0 * chosen + 1.0 / scene.lights.ids().count() as f32))",
+        from: "scene.lights.sample(light, ctx, u_place, self.wl).map(|s| (s, chosen))",
+        to: "scene.lights.sample(light, ctx, u_place, self.wl).map(|s| (s, 0.0 * chosen + 1.0 / scene.lights.ids().count() as f32))",
         tests: &[agreement(&["many_lamps", "points_and_spots"])],
     },
     Mutant {
