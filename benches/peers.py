@@ -34,7 +34,7 @@ def error(image, reference, dropped=0.001):
     return float(e[: round(len(e) * (1 - dropped))].mean())
 
 
-def variant(scene, folder, args):
+def variant(scene, args):
     """The file with the size, filter, sampler and depth that everybody gets."""
     import xml.etree.ElementTree as tree
 
@@ -61,8 +61,7 @@ def steradian(args, scene, seconds, seed, out):
     command = [args.steradian, "render", str(scene), "--output", str(out), "--threads", str(args.threads)]
     command += ["--time", f"{seconds}s", "--seed", str(seed), "--json", "--quiet", "--integrator", "path"]
     command += ["--set", "sampler=sobol"]
-    told = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    return told
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 CHILD = """
@@ -113,7 +112,7 @@ def main():
     pixels = np.prod([int(x) for x in args.size.split("x")])
     with tempfile.TemporaryDirectory() as folder:
         for scene in args.scenes:
-            same = variant(scene, folder, args)
+            same = variant(scene, args)
             try:
                 if args.reference:
                     reference = read(args.reference)

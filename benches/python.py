@@ -61,7 +61,7 @@ def hills(folder: Path, side: int = 708) -> Path:
 def command(*args: object) -> dict[str, Any]:
     """The last line of a command's output, as JSON."""
     done = subprocess.run([COMMAND, *map(str, args)], check=True, capture_output=True, text=True)
-    return json.loads(done.stdout.splitlines()[-1])  # type: ignore[no-any-return]
+    return json.loads(done.stdout.splitlines()[-1])  # type: ignore[no-any-return]  # what the command prints is an object
 
 
 def seconds(call: Any) -> float:

@@ -38,10 +38,10 @@ def render(
 ) -> Image:
     """Renders a scene.
 
-    Stops after `spp` samples in each pixel, after `time` seconds, when √relMSE is below `error` (``"1%"`` or ``0.01``) with 95 %
-    confidence, or when `passes` (half-open) are done; else the scene says when. What is left out is as the scene says; `parameters` are the integrator's, and ``sampler`` and
-    ``light_selection`` (see `integrators`). `resolution` is (width, height), `crop` (x0, y0, x1, y1) in pixels,
-    half-open. The same arguments give the same bits for any number of `threads`.
+    Stops after `spp` samples in each pixel, after `time` seconds, when √relMSE is below `error` (``"1%"`` or ``0.01``) with
+    95 % confidence, or when `passes` (half-open) are done; else the scene says when. What is left out is as the scene says;
+    `parameters` are the integrator's, and ``sampler`` and ``light_selection`` (see `integrators`). `resolution` is (width,
+    height), `crop` (x0, y0, x1, y1) in pixels, half-open. The same arguments give the same bits for any number of `threads`.
 
     `checkpoint` names a file to which the film is saved every `checkpoint_every` seconds; with `resume` the render goes
     on from it. `on_progress` hears events as dicts, some ten times a second; if it returns True, or on Ctrl-C, the render

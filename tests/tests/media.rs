@@ -47,6 +47,16 @@ fn eye(mu: f64, side: u32) -> Eye {
     Eye::at([(1.0 - mu * mu).sqrt(), 0.0, mu], [0.0; 3], side)
 }
 
+/// The eye and the world in a medium "m".
+fn in_medium(eye: &Eye, medium: &str, world: &str) -> Scene {
+    let head = eye.head();
+    let (options, camera) = head.split_at(head.find("LookAt").unwrap_or(0));
+    // The medium is made before the camera, as the world's.
+    let text =
+        format!("{options}MediumInterface \"\" \"m\"\n{camera}{medium}MediumInterface \"\" \"m\"\n{world}");
+    steradian_tests::compile(&text, &render::SceneOptions::default())
+}
+
 fn check(family: &mut Family, name: &str, scene: &Scene, (ways, truth, uncertainty): (&[Way<'_>], f64, f64)) {
     for (i, way) in ways.iter().enumerate() {
         let name = format!("{name}, {}", way.name());
@@ -141,15 +151,30 @@ fn single_scattering_in_a_slab() {
     // A point light at distance h of a ray through an endless medium, the eye in the medium too.
     let eye = Eye::at([0.0, 1.0, -2.0], [0.0, 1.0, 0.0], 128);
     let medium = homogeneous([0.0; 3], [1.0; 3], 0.0);
-    let head = eye.head();
-    let (options, camera) = head.split_at(head.find("LookAt").unwrap_or(0));
-    // The medium is made before the camera, as the world's.
-    let text = format!(
-        "{options}MediumInterface \"\" \"m\"\n{camera}{medium}MediumInterface \"\" \"m\"\nLightSource \"point\"\n"
-    );
-    let scene = steradian_tests::compile(&text, &render::SceneOptions::default());
+    let scene = in_medium(&eye, &medium, "LightSource \"point\"\n");
     check(&mut family, "point light in an endless medium", &scene, (&ways, 0.008_933_16, 1e-6));
     family.finish();
+}
+
+/// Who walks from lights says no to light from beyond a medium without end, and takes it where the medium ends.
+#[test]
+fn endless_media_under_a_sky_are_refused_by_name() {
+    let refusal = |scene: &Scene, name: &str| (integrators::find(name).unwrap().refuses)(scene);
+    let eye = Eye::at([0.0, 1.0, -2.0], [0.0, 1.0, 0.0], 8);
+    let sphere =
+        "Material \"interface\"\nMediumInterface \"m\" \"\"\nShape \"sphere\" \"float radius\" [9]\n";
+    for light in [SKY, "LightSource \"distant\"\n"] {
+        let endless = in_medium(&eye, &grey(0.5, 0.0), light);
+        let ends = in_medium(&eye, &grey(0.5, 0.0), &format!("{sphere}MediumInterface \"\" \"\"\n{light}"));
+        for name in ["light", "bdpt", "mlt", "vcm", "sppm", "photon", "many-light"] {
+            let said = refusal(&endless, name).unwrap_or_default();
+            assert!(said.contains("medium around the camera has no end"), "{name}: {said}");
+            assert_eq!(refusal(&ends, name), None, "{name}");
+        }
+        for name in ["path", "guided", "irradiance-cache"] {
+            assert_eq!(refusal(&endless, name), None, "{name}");
+        }
+    }
 }
 
 /// Chandrasekhar's H functions; with a boundary of glass; van de Hulst's slabs.

@@ -237,9 +237,9 @@ pub(crate) struct LabArgs {
     /// Run all of them
     #[arg(long, conflicts_with = "experiments")]
     pub(crate) all: bool,
-    /// Runs of each method
-    #[arg(long, value_name = "N", default_value = "6", value_parser = clap::value_parser!(u32).range(2..))]
-    pub(crate) seeds: u32,
+    /// Runs of each method (default: as many as the experiment's claims need)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    pub(crate) seeds: Option<u32>,
     /// Multiply the samples of each run with this
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     pub(crate) scale: f64,

@@ -17,7 +17,7 @@ use crate::common::{
 };
 use crate::parameters::{ParameterInfo, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths, refuses_glow};
 use crate::{Cell, CellOutput, Integrator, PassContext};
 
 /// For the registry.
@@ -26,7 +26,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "random walks from the lights, connected to the eye: caustics on diffuse surfaces",
     misses: "what is seen in mirrors and through smooth glass; far surfaces that light paths seldom meet are noisy",
     unbiased: true,
-    refuses: refuses_glow_and_turning_strands,
+    refuses: |scene| refuses_glow(scene).or_else(|| refuses_for_light_paths(scene)),
     parameters,
     make,
 };

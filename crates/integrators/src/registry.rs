@@ -43,11 +43,12 @@ pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
     None
 }
 
-/// For integrators whose walks from the lights are joined to the eye's.
-pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
-    if !scene.camera.has_importance() {
+/// For integrators that keep what walks from the lights leave on surfaces.
+pub(crate) fn refuses_for_light_walks(scene: &Scene) -> Option<&'static str> {
+    if scene.has_light_from_beyond_a_medium() {
         return Some(
-            "it joins light paths to the camera, which cannot be done through a stack of lenses; path sees through it",
+            "the medium around the camera has no end, and its walks from a light at infinity would start inside of it; put a \
+             closed shape around the medium, or use path, which finds that none of this light gets through",
         );
     }
     scene.has_turning_strands().then_some(
@@ -56,12 +57,19 @@ pub(crate) fn refuses_turning_strands(scene: &Scene) -> Option<&'static str> {
     )
 }
 
-/// For integrators that have all light from walks that start at lights.
-pub(crate) fn refuses_glow_and_turning_strands(scene: &Scene) -> Option<&'static str> {
-    let glows = scene.media.any_emits().then_some(
-        "its light paths do not start in media that glow; path, bdpt, vcm and mlt find their light",
+/// For integrators that join walks from the lights to the camera.
+pub(crate) fn refuses_for_light_paths(scene: &Scene) -> Option<&'static str> {
+    let stack = (!scene.camera.has_importance()).then_some(
+        "it joins light paths to the camera, which cannot be done through a stack of lenses; path sees through it",
     );
-    glows.or_else(|| refuses_turning_strands(scene))
+    stack.or_else(|| refuses_for_light_walks(scene))
+}
+
+/// For integrators whose walks do not start in media that glow.
+pub(crate) fn refuses_glow(scene: &Scene) -> Option<&'static str> {
+    scene.media.any_emits().then_some(
+        "its light paths do not start in media that glow; path, bdpt, vcm and mlt find their light",
+    )
 }
 
 /// For integrators that know surfaces alone.

@@ -11,7 +11,7 @@ use crate::Integrator;
 use crate::common::{KERNEL, MEDIUM_RADIUS, MEMORY, RADIUS, RADIUS_PIXELS};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::photon::{AtDiffuse, PHOTONS, PhotonMapping};
-use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_walks, refuses_glow};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -19,7 +19,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "progressive photon mapping: caustics, also those seen in mirrors and through glass",
     misses: "nothing in the end; every pass blurs indirect light over its radius, which shrinks slowly",
     unbiased: false,
-    refuses: refuses_glow_and_turning_strands,
+    refuses: |scene| refuses_glow(scene).or_else(|| refuses_for_light_walks(scene)),
     parameters,
     make,
 };

@@ -20,7 +20,7 @@ use crate::common::{
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::photon::{PHOTONS, n_photons};
-use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
 
 /// For the registry.
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
@@ -28,7 +28,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "bidirectional path tracing and photon mapping in one: robust where light and eye are behind glass",
     misses: "nothing in the end; merged light is blurred over a radius, which shrinks slowly; dear where light is easy",
     unbiased: false,
-    refuses: refuses_turning_strands,
+    refuses: refuses_for_light_paths,
     parameters,
     make,
 };

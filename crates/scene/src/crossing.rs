@@ -5,11 +5,14 @@
 //! it is the medium on this side of the first border that a ray from the light meets, so that walks from lights and from
 //! the eye agree on where the light is.
 
-use math::{Dir, Point, Ray, error_bound};
+use math::{Dir, Point, Ray, Vec3, error_bound};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::materials::Gaps;
 use crate::{EmissionSample, LightId, MediumId, Scene, SurfaceInteraction};
+
+/// Surfaces that a ray in search of a medium goes through; one that has met none by then is taken to be in none.
+const MOST_BORDERS: usize = 1000;
 
 impl Scene {
     /// Is there any medium?
@@ -94,6 +97,27 @@ impl Scene {
         }
     }
 
+    /// Is the eye in a medium that no border ends, with a light at infinity? None of that light comes to the eye's walks,
+    /// but walks from the light would start inside the scene's bounds, past nearly all of the medium.
+    #[must_use]
+    pub fn has_light_from_beyond_a_medium(&self) -> bool {
+        if self.camera_medium.is_none() || !self.lights.any_from_infinity() {
+            return false;
+        }
+        let eye = self.camera.position(0.0);
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(Dir);
+        axes.into_iter().flat_map(|w| [w, -w]).any(|w| {
+            let (mut ray, mut medium) = (Ray::new(eye, w, 0.0), self.camera_medium);
+            for _ in 0..MOST_BORDERS {
+                let Some(hit) = self.intersect(&ray) else { return medium.is_some() };
+                let si = self.interaction(&ray, &hit);
+                medium = self.medium_after(&si, w, medium);
+                ray = si.spawn_ray(w);
+            }
+            false
+        })
+    }
+
     /// Sets the media that lights are in: what the file says of `declared`, else what is found.
     pub(crate) fn place_lights(&mut self, declared: &[(LightId, Option<MediumId>)]) {
         if !self.has_media() {
@@ -111,7 +135,7 @@ impl Scene {
                 let found = |side: f32| {
                     let (p, n) = self.lights.surface_point(light)?;
                     let w = Dir(n.0 * side);
-                    self.medium_at(error_bound::offset_ray_origin(p, math::Vec3::splat(1e-5), w, w), w)
+                    self.medium_at(error_bound::offset_ray_origin(p, Vec3::splat(1e-5), w, w), w)
                 };
                 media[light.index()] = shape.medium_interface.unwrap_or_else(|| [found(-1.0), found(1.0)]);
             }
@@ -122,8 +146,7 @@ impl Scene {
     /// The medium at a point, by the first border in a direction; the camera's where there is none.
     fn medium_at(&self, p: Point, w: Dir) -> Option<MediumId> {
         let mut ray = Ray::new(p, w, 0.0);
-        // A point without borders in sight meets no more surfaces than this.
-        for _ in 0..1000 {
+        for _ in 0..MOST_BORDERS {
             let Some(hit) = self.intersect(&ray) else { break };
             let si = self.interaction(&ray, &hit);
             if self.shape(si.shape).medium_interface.is_some() {

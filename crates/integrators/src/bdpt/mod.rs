@@ -27,7 +27,7 @@ use layers::{LayerSample, Layers};
 
 use crate::common::{CameraStart, LightStart, Roulette, Shared, Subpath, Walk, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
 use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -36,7 +36,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "walks from the eye and from the lights, joined in every way: lamps behind shades, caustics",
     misses: "caustics of point lights seen in mirrors or through smooth glass; slower than path where light is easy",
     unbiased: true,
-    refuses: refuses_turning_strands,
+    refuses: refuses_for_light_paths,
     parameters,
     make,
 };

@@ -35,7 +35,7 @@ use crate::common::{
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_walks};
 use crate::shortcut::{LIGHT_SAMPLES, Shortcut};
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
@@ -46,7 +46,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "virtual lights, by lightcuts: diffuse scenes whose indirect light is even, after few passes",
     misses: "what path misses; glossy surfaces are path traced, and lightcuts may be wrong by a part of `error`",
     unbiased: false,
-    refuses: refuses_turning_strands,
+    refuses: refuses_for_light_walks,
     parameters,
     make,
 };

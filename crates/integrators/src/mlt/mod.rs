@@ -39,7 +39,7 @@ use crate::bdpt::weighting;
 use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -48,7 +48,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "chains that stay where the light is: light that is hard to find, such as through a door ajar",
     misses: "what bdpt misses; where light is easy to find it is slower than bdpt, and its noise is blotchy",
     unbiased: true,
-    refuses: refuses_turning_strands,
+    refuses: refuses_for_light_paths,
     parameters,
     make,
 };

@@ -20,7 +20,7 @@ use crate::common::{
     PixelLoop, RADIUS, RADIUS_PIXELS, Radius, Roulette, Shared, sampler_of,
 };
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::registry::{IntegratorInfo, Making, refuses_glow_and_turning_strands};
+use crate::registry::{IntegratorInfo, Making, refuses_for_light_walks, refuses_glow};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Prepared};
 
 /// For the registry.
@@ -29,7 +29,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "photon maps with final gathering: caustics, also those seen in mirrors and through glass",
     misses: "nothing, but blurs caustics and shadows of indirect light over the radius of its search",
     unbiased: false,
-    refuses: refuses_glow_and_turning_strands,
+    refuses: |scene| refuses_glow(scene).or_else(|| refuses_for_light_walks(scene)),
     parameters,
     make,
 };

@@ -18,6 +18,9 @@ const fn independent(of: &'static str) -> Claim {
     Claim::Falls { of, exponent: -1.0, within: 0.1 }
 }
 
+/// Runs of each method that most claims are settled by.
+const RUNS: u32 = 6;
+
 /// All of them.
 pub const CATALOGUE: &[Experiment] = &[
     Experiment {
@@ -32,6 +35,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("cosine", "ao:sampling=cosine:distance=0.8"),
         ],
         spp: 64,
+        seeds: RUNS,
         reference: "ao:sampling=cosine:distance=0.8:samples=4",
         claims: &[
             lower("cosine", "uniform", 1.5),
@@ -52,6 +56,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("bsdf", "direct:sampling=bsdf"),
         ],
         spp: 32,
+        seeds: RUNS,
         reference: "direct:sampling=mis:light_samples=2:bsdf_samples=2",
         claims: &[
             lower("bsdf", "uniform", 10.0),
@@ -71,6 +76,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("light", "direct:sampling=light"),
         ],
         spp: 32,
+        seeds: RUNS,
         reference: "direct:sampling=mis",
         claims: &[
             lower("light", "uniform", 10.0),
@@ -90,6 +96,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("mis", "direct:sampling=mis"),
         ],
         spp: 32,
+        seeds: RUNS,
         reference: "direct:sampling=mis:light_samples=2:bsdf_samples=2",
         claims: &[
             lower("mis", "light", 1.0),
@@ -105,6 +112,7 @@ pub const CATALOGUE: &[Experiment] = &[
         scene: BOX,
         methods: &[("local", "direct"), ("global", "path")],
         spp: 32,
+        seeds: RUNS,
         reference: "path",
         claims: &[
             Claim::Brighter { a: "global", b: "local", factor: 1.1 },
@@ -125,6 +133,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("16 rays", "recursive:max_depth=2:branching=16"),
         ],
         spp: 8,
+        seeds: RUNS,
         reference: "path:max_depth=2",
         claims: &[
             lower("16 rays", "1 ray", 1.0),
@@ -141,6 +150,7 @@ pub const CATALOGUE: &[Experiment] = &[
         scene: BOX,
         methods: &[("without", "path:shadow_rays=false"), ("with", "path:mis=false"), ("with mis", "path")],
         spp: 32,
+        seeds: RUNS,
         reference: "path",
         claims: &[
             lower("with mis", "without", 10.0),
@@ -161,6 +171,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("recursive", "recursive:max_depth=2:branching=2"),
         ],
         spp: 64,
+        seeds: RUNS,
         reference: "path:max_depth=2",
         claims: &[
             independent("path"),
@@ -184,6 +195,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("light", "light"),
         ],
         spp: 24,
+        seeds: RUNS,
         reference: "path",
         claims: &[
             Claim::Brighter { a: "path", b: "surface alone", factor: 1.05 },
@@ -209,9 +221,10 @@ pub const CATALOGUE: &[Experiment] = &[
             ("sppm", "sppm"),
         ],
         spp: 48,
+        seeds: 20,
         reference: "vcm",
         claims: &[
-            lower("bdpt", "path", 1.5),
+            lower("bdpt", "path", 3.0),
             lower("sppm", "path", 3.0),
             lower("sppm", "light", 1.0),
             Claim::Differ { a: "light", b: "bdpt" },
@@ -225,11 +238,12 @@ pub const CATALOGUE: &[Experiment] = &[
         scene: BOX,
         methods: &[
             ("raw", "photon:gather=direct"),
-            ("gathered", "photon"),
+            ("gathered", "photon:gather_rays=8"),
             ("sppm", "sppm"),
             ("fixed radius", "sppm:alpha=1"),
         ],
         spp: 12,
+        seeds: RUNS,
         reference: "path",
         claims: &[lower("gathered", "raw", 1.0), Claim::Differ { a: "raw", b: "reference" }],
     },
@@ -241,6 +255,7 @@ pub const CATALOGUE: &[Experiment] = &[
         scene: ROOM,
         methods: &[("path", "path"), ("bdpt", "bdpt"), ("mlt", "mlt")],
         spp: 16,
+        seeds: RUNS,
         reference: "bdpt",
         claims: &[lower("bdpt", "path", 1.5), Claim::Agree { a: "bdpt", b: "path" }],
     },
@@ -258,6 +273,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("lightcuts", "many-light"),
         ],
         spp: 6,
+        seeds: RUNS,
         reference: "bdpt",
         claims: &[
             lower("lightcuts", "path", 1.5),
@@ -278,6 +294,7 @@ pub const CATALOGUE: &[Experiment] = &[
             ("no gradients", "irradiance-cache:gradients=false"),
         ],
         spp: 16,
+        seeds: RUNS,
         reference: "bdpt",
         claims: &[lower("cache", "path", 3.0), lower("cache", "no gradients", 1.0)],
     },
@@ -289,6 +306,7 @@ pub const CATALOGUE: &[Experiment] = &[
         scene: CAUSTIC,
         methods: &[("bdpt", "bdpt"), ("sppm", "sppm"), ("bpt", "vcm:mode=bpt"), ("vcm", "vcm")],
         spp: 32,
+        seeds: RUNS,
         reference: "vcm",
         claims: &[lower("vcm", "bdpt", 1.5), lower("vcm", "sppm", 1.0), lower("vcm", "bpt", 1.5)],
     },

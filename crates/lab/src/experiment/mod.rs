@@ -35,6 +35,8 @@ pub struct Experiment {
     pub methods: &'static [(&'static str, &'static str)],
     /// Passes of each run.
     pub spp: u32,
+    /// Runs of each method that its claims need, where the effort does not say.
+    pub seeds: u32,
     /// What makes the reference.
     pub reference: &'static str,
     /// What is expected.
@@ -57,8 +59,8 @@ pub struct Outcome {
 /// How much an experiment may cost.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Runs of each method.
-    pub seeds: u32,
+    /// Runs of each method; `None`: as many as the experiment's claims need.
+    pub seeds: Option<u32>,
     /// Passes are multiplied with this.
     pub scale: f64,
     /// The longest time for a reference.
@@ -67,7 +69,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { seeds: 6, scale: 1.0, reference_time: Duration::from_secs(20) }
+        Self { seeds: None, scale: 1.0, reference_time: Duration::from_secs(20) }
     }
 }
 
@@ -101,7 +103,7 @@ impl Experiment {
         let plan = Plan {
             entries,
             budget: Budget::Samples((f64::from(self.spp) * effort.scale).round().max(4.0) as u32),
-            seeds: (0..u64::from(effort.seeds)).collect(),
+            seeds: (0..u64::from(effort.seeds.unwrap_or(self.seeds))).collect(),
             truth: Truth::Render {
                 method: entry("reference", self.reference)?.method,
                 relmse: 2e-5,
@@ -155,7 +157,7 @@ mod tests {
     #[test]
     fn a_cheap_experiment_passes_and_a_false_claim_fails() {
         let workers = Workers::new(NonZero::new(2)).unwrap();
-        let effort = Effort { seeds: 6, scale: 0.25, reference_time: Duration::from_secs(3) };
+        let effort = Effort { seeds: Some(6), scale: 0.25, reference_time: Duration::from_secs(3) };
         let run = |e: &Experiment| e.run(effort, None, &workers, &Cancel::default(), &mut |_| {}).unwrap();
         let real = Experiment::find("ambient-occlusion").unwrap();
         let outcome = run(real);

@@ -184,6 +184,13 @@ impl Lights {
         &self.infinite
     }
 
+    /// Does any light come from infinity, be it from all directions or from one?
+    #[must_use]
+    pub fn any_from_infinity(&self) -> bool {
+        let is_distant = |l: &Light| matches!(l, Light::Distant(_));
+        !self.infinite.is_empty() || self.list.iter().any(is_distant)
+    }
+
     /// Emitted power, in the units of R, G and B's mean; of light from infinity, what passes the sphere around the
     /// scene. Zero only for lights that emit nothing. Of a light with an image under a map that scales unevenly, an
     /// estimate (as if the map kept angles).
