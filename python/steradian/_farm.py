@@ -30,8 +30,8 @@ _SHORTEST_TASK = 0.5
 """Seconds below which starting a task costs more than it spreads."""
 _FIRST = 4
 """Passes of a task while nothing is known of how long they take."""
-_FILM_SHARE = 0.1
-"""Share of a task's time that packing its film should have at most."""
+_FILM_SHARE = 0.03
+"""Share of a task's time that packing its film should have at most; unpacking and adding it costs as much again."""
 _BEAT = 1.0
 """Seconds between looks at the cluster, and between events of progress."""
 _SLOW = 1.5
@@ -566,11 +566,12 @@ class Farm:
 
 
 def chunk(passes: int, left: int, slots: int, per_pass: float, packing: float) -> int:
-    """Passes for the next task: about eight tasks for each of the `slots` that run at a time, shorter ones towards the end so that
-    all end at once; none that takes too long, or too short a time for its start and the `packing` of its film, as long as there
-    is one for each. `per_pass` is 0 while that is not known; both in seconds.
+    """Passes for the next task: about eight tasks for each of the `slots` that run at a time, then shorter ones so that all end
+    at once (half of what is left for all slots together: factoring, Hummel, Schonberg and Flynn 1992); none that takes too long, or too short a time
+    for its start and the `packing` of its film, as long as there is one for each. `per_pass` is 0 while that is not known; both
+    in seconds.
     """
-    n = max(1, min(passes // (8 * slots), left // (3 * slots)))
+    n = max(1, min(passes // (8 * slots), left // (2 * slots)))
     if per_pass == 0.0:
         return min(n, _FIRST)
     least = max(_SHORTEST_TASK, packing / _FILM_SHARE)

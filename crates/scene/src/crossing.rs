@@ -101,7 +101,7 @@ impl Scene {
     /// but walks from the light would start inside the scene's bounds, past nearly all of the medium.
     #[must_use]
     pub fn has_light_from_beyond_a_medium(&self) -> bool {
-        if self.camera_medium.is_none() || !self.lights.any_from_infinity() {
+        if self.camera_medium.is_none() || !self.lights.ids().any(|l| self.lights.is_from_infinity(l)) {
             return false;
         }
         let eye = self.camera.position(0.0);
