@@ -567,9 +567,9 @@ class Farm:
 
 def chunk(passes: int, left: int, slots: int, per_pass: float, packing: float) -> int:
     """Passes for the next task: about eight tasks for each of the `slots` that run at a time, then shorter ones so that all end
-    at once (half of what is left for all slots together: factoring, Hummel, Schonberg and Flynn 1992); none that takes too long, or too short a time
-    for its start and the `packing` of its film, as long as there is one for each. `per_pass` is 0 while that is not known; both
-    in seconds.
+    at once (half of what is left for all slots together: factoring, Hummel, Schonberg and Flynn 1992); none that takes too long,
+    or too short a time for its start and the `packing` of its film, as long as there is one for each. `per_pass` is 0 while that
+    is not known; both in seconds.
     """
     n = max(1, min(passes // (8 * slots), left // (2 * slots)))
     if per_pass == 0.0:
