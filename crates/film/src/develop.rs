@@ -1,10 +1,19 @@
 //! From sums to pixels: the mean, the variance of the mean and the further channels.
+//!
+//! Where a film keeps iterations apart, their pictures are combined with one weight each, in proportion to the inverse of the
+//! picture's relMSE as its own variance estimates it [Mueller2019]. One number for a picture, not one for a pixel: where a pixel's
+//! samples missed the light, its variance is low just because they did. The bias that is left falls with the passes and with
+//! the pixels that share a weight; the variance given is that of fixed weights.
+
+use std::ops::Range;
+use std::sync::MutexGuard;
 
 use math::Bounds2i;
 
 use crate::blocks::offset_in;
 use crate::film::{Film, FilmBlock};
-use crate::fixed::{Fixed, Moment, weight};
+use crate::fixed::{Moment, weight};
+use crate::passes::PassSet;
 
 /// The pixels of a film's crop, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +22,8 @@ pub struct Developed {
     pub bounds: Bounds2i,
     /// Complete passes.
     pub n_passes: u64,
+    /// How much each iteration that has passes of its own counts, adding up to one. One alone: all passes count alike.
+    pub weights: Vec<f64>,
     /// Linear R, G, B of each pixel.
     pub mean: Vec<[f32; 3]>,
     /// Variance of that mean, by the delta method; infinite below two passes.
@@ -29,34 +40,117 @@ impl Film {
         let (n_passes, n_aovs, n_splat_aovs) =
             (self.passes().len(), self.common.n_aovs, self.common.n_splat_aovs);
         let n_further = n_aovs + n_splat_aovs;
+        let parts = self.parts();
+        let weights = self.weights(&parts);
         let mut image = Developed {
             bounds,
             n_passes,
+            weights,
             mean: vec![[0.0; 3]; bounds.area()],
             variance: vec![[0.0; 3]; bounds.area()],
             aovs: vec![0.0; bounds.area() * n_further],
         };
-        for b in 0..self.blocks.len() {
-            let block = self.blocks.lock(b);
-            for i in 0..block.area.area() {
-                let (x, y) = (i % block.area.width(), i / block.area.width());
-                let to = offset_in(&bounds, block.area.min[0] + x as i32, block.area.min[1] + y as i32);
-                let pixel = Pixel::new(&block, i, n_passes as f64);
+        for b in 0..self.n_blocks() {
+            let blocks = self.block_of_each_iteration(b);
+            let area = blocks[0].area;
+            let mut pixels = Vec::with_capacity(parts.len());
+            for i in 0..area.area() {
+                let (x, y) = (i % area.width(), i / area.width());
+                let to = offset_in(&bounds, area.min[0] + x as i32, area.min[1] + y as i32);
+                pixels.clear();
+                pixels.extend(parts.iter().map(|part| part.pixel(&blocks, i)));
                 for c in 0..3 {
-                    image.mean[to][c] = pixel.mean(c) as f32;
-                    image.variance[to][c] = pixel.variance(c) as f32;
+                    let sum = |f: &dyn Fn(&Pixel, f64) -> f64| {
+                        pixels.iter().zip(&image.weights).map(|(p, &w)| f(p, w)).sum::<f64>()
+                    };
+                    image.mean[to][c] = sum(&|p, w| w * p.mean(c)) as f32;
+                    image.variance[to][c] = sum(&|p, w| w * w * p.variance(c)) as f32;
                 }
-                for k in 0..n_aovs {
-                    let sum = block.aovs[i * n_aovs + k].to_f64();
-                    image.aovs[to * n_further + k] = ratio(sum, pixel.weight) as f32;
-                }
-                for k in 0..n_splat_aovs {
-                    let sum = block.splat_aovs[i * n_splat_aovs + k].to_f64();
-                    image.aovs[to * n_further + n_aovs + k] = ratio(sum, n_passes as f64) as f32;
+                let weight: f64 = pixels.iter().map(|p| p.weight).sum();
+                let further = &mut image.aovs[to * n_further..(to + 1) * n_further];
+                for (k, x) in further.iter_mut().enumerate() {
+                    let sum_of = |b: &FilmBlock| match k.checked_sub(n_aovs) {
+                        None => b.aovs[i * n_aovs + k].to_f64(),
+                        Some(k) => b.splat_aovs[i * n_splat_aovs + k].to_f64(),
+                    };
+                    let sum: f64 = blocks.iter().map(|b| sum_of(b)).sum();
+                    *x = ratio(sum, if k < n_aovs { weight } else { n_passes as f64 }) as f32;
                 }
             }
         }
         image
+    }
+
+    /// Iterations with passes, those of too few joined with their neighbour before (the first with the one behind); never none.
+    fn parts(&self) -> Vec<Part> {
+        let passes = self.passes();
+        let mut parts: Vec<Part> = Vec::new();
+        for (k, range) in self.settings().iteration_ranges().enumerate() {
+            let n = passes.intersection(&PassSet::from_range(range)).len();
+            match parts.last_mut() {
+                Some(last) if n < AT_LEAST || last.n < AT_LEAST => {
+                    last.n += n;
+                    last.iterations.end = k + 1;
+                }
+                Some(_) | None => parts.push(Part { iterations: k..k + 1, n }),
+            }
+        }
+        parts
+    }
+
+    /// How much each part counts: see the head. By the number of passes where a variance is zero or unknown.
+    fn weights(&self, parts: &[Part]) -> Vec<f64> {
+        if parts.len() == 1 {
+            return vec![1.0];
+        }
+        let mut errors = vec![0.0; parts.len()];
+        for b in 0..self.n_blocks() {
+            let blocks = self.block_of_each_iteration(b);
+            for i in 0..blocks[0].area.area() {
+                let all = Part { iterations: 0..blocks.len(), n: parts.iter().map(|p| p.n).sum() };
+                let (whole, pixels) = (all.pixel(&blocks, i), parts.iter().map(|p| p.pixel(&blocks, i)));
+                for (error, pixel) in errors.iter_mut().zip(pixels) {
+                    for c in 0..3 {
+                        let mean = whole.mean(c);
+                        *error += pixel.variance(c) / (mean * mean + EPSILON);
+                    }
+                }
+            }
+        }
+        let is_known = errors.iter().all(|&e| e > 0.0 && f64::is_finite(e));
+        let shares: Vec<f64> =
+            parts.iter().zip(&errors).map(|(p, e)| if is_known { e.recip() } else { p.n as f64 }).collect();
+        let sum: f64 = shares.iter().sum();
+        shares.iter().map(|s| s / sum).collect()
+    }
+
+    /// Block `b` of every iteration, for this thread alone.
+    fn block_of_each_iteration(&self, b: usize) -> Vec<MutexGuard<'_, FilmBlock>> {
+        self.iterations.iter().map(|blocks| blocks.lock(b)).collect()
+    }
+}
+
+/// Passes that tell something of their variance.
+const AT_LEAST: u64 = 4;
+/// Keeps relative errors finite where the picture is black.
+const EPSILON: f64 = 0.01;
+
+/// Neighbouring iterations whose passes count alike.
+struct Part {
+    iterations: Range<usize>,
+    /// Their passes.
+    n: u64,
+}
+
+impl Part {
+    fn pixel(&self, blocks: &[MutexGuard<'_, FilmBlock>], i: usize) -> Pixel {
+        let mut pixel = Pixel { n: self.n as f64, ..Pixel::default() };
+        blocks[self.iterations.clone()].iter().for_each(|block| pixel.add(block, i));
+        if self.iterations.clone().all(|k| blocks[k].weight.is_empty()) {
+            // The box of one pixel: every pass weighs one.
+            (pixel.weight, pixel.weight_squared, pixel.total_weight) = (pixel.n, pixel.n, pixel.total);
+        }
+        pixel
     }
 }
 
@@ -64,7 +158,7 @@ impl Developed {
     /// Estimated relMSE of the image: the mean over pixels and channels of Var / (mean² + 0.01). Infinite below two passes.
     #[must_use]
     pub fn relmse_estimate(&self) -> f64 {
-        let relative = |m: f32, v: f32| f64::from(v) / (f64::from(m) * f64::from(m) + 0.01);
+        let relative = |m: f32, v: f32| f64::from(v) / (f64::from(m) * f64::from(m) + EPSILON);
         let pixels = self.mean.iter().zip(&self.variance);
         let sum: f64 = pixels.map(|(m, v)| (0..3).map(|c| relative(m[c], v[c])).sum::<f64>()).sum();
         sum / (3 * self.mean.len().max(1)) as f64
@@ -79,6 +173,7 @@ impl Developed {
 }
 
 /// The sums of one pixel as doubles.
+#[derive(Default)]
 struct Pixel {
     n: f64,
     total: [f64; 3],
@@ -90,32 +185,17 @@ struct Pixel {
 }
 
 impl Pixel {
-    fn new(block: &FilmBlock, i: usize, n: f64) -> Self {
-        let total = block.total[i].map(Fixed::to_f64);
-        let total_squared =
-            block.total_squared[i].map(|m| if m == Moment::MAX { f64::INFINITY } else { m.to_f64() });
-        let splat = block.splat.get(i).map_or([0.0; 3], |s| s.map(Fixed::to_f64));
-        if block.weight.is_empty() {
-            // The box of one pixel: every pass weighs one.
-            return Self {
-                n,
-                total,
-                total_squared,
-                weight: n,
-                weight_squared: n,
-                total_weight: total,
-                splat,
-            };
+    /// Adds the sums of another iteration.
+    fn add(&mut self, block: &FilmBlock, i: usize) {
+        for c in 0..3 {
+            let squared = block.total_squared[i][c];
+            self.total[c] += block.total[i][c].to_f64();
+            self.total_squared[c] += if squared == Moment::MAX { f64::INFINITY } else { squared.to_f64() };
+            self.total_weight[c] += block.total_weight.get(i).map_or(0.0, |x| x[c].to_f64());
+            self.splat[c] += block.splat.get(i).map_or(0.0, |x| x[c].to_f64());
         }
-        Self {
-            n,
-            total,
-            total_squared,
-            weight: weight::to_f64(block.weight[i]),
-            weight_squared: weight::to_f64(block.weight_squared[i]),
-            total_weight: block.total_weight[i].map(Moment::to_f64),
-            splat,
-        }
+        self.weight += block.weight.get(i).map_or(0.0, |&w| weight::to_f64(w));
+        self.weight_squared += block.weight_squared.get(i).map_or(0.0, |&w| weight::to_f64(w));
     }
 
     fn mean(&self, c: usize) -> f64 {

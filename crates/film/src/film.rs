@@ -37,7 +37,8 @@ use crate::tile::{Common, FilmTile};
 pub struct Film {
     settings: FilmSettings,
     pub(crate) common: Arc<Common>,
-    pub(crate) blocks: Blocks<FilmBlock>,
+    /// One for each iteration.
+    pub(crate) iterations: Vec<Blocks<FilmBlock>>,
     pub(crate) progress: Mutex<Progress>,
 }
 
@@ -103,7 +104,7 @@ impl Film {
             n_splat_aovs: settings.splat_aovs.len(),
         });
         let weighted = !common.is_pixel_box;
-        let blocks = Blocks::new(crop, |area| {
+        let make = |area: Bounds2i| {
             let n = area.area();
             let n_weighted = if weighted { n } else { 0 };
             Some(FilmBlock {
@@ -117,9 +118,10 @@ impl Film {
                 aovs: zeros(n * settings.aovs.len())?,
                 splat_aovs: zeros(n * settings.splat_aovs.len())?,
             })
-        })
-        .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
-        Ok(Self { settings, common, blocks, progress: Mutex::default() })
+        };
+        let iterations: Option<_> = settings.iteration_ranges().map(|_| Blocks::new(crop, make)).collect();
+        let iterations = iterations.ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
+        Ok(Self { settings, common, iterations, progress: Mutex::default() })
     }
 
     /// What it is a film of.
@@ -177,13 +179,14 @@ impl Film {
     /// How many blocks [`Film::add_pass_block`] can work on at the same time.
     #[must_use]
     pub fn n_blocks(&self) -> usize {
-        self.blocks.len()
+        self.iterations[0].len()
     }
 
     /// Adds one block of a pass and empties it in the buffer: [`Film::add_pass`] cut up for several threads. Between
     /// [`Film::begin_pass`] and [`Film::end_pass`], each block once; then [`Film::take_bad_samples`].
     pub fn add_pass_block(&self, buffer: &PassBuffer, block: usize) {
-        let (mut film, mut pass) = (self.blocks.lock(block), buffer.blocks.lock(block));
+        let blocks = self.blocks_of(buffer.pass);
+        let (mut film, mut pass) = (blocks.lock(block), buffer.blocks.lock(block));
         film.add_replicate(&pass);
         pass.clear();
     }
@@ -231,7 +234,7 @@ impl Film {
     pub fn add_tile(&self, tile: &FilmTile) {
         debug_assert!(self.takes_tiles(), "this film needs a pass buffer");
         let n_aovs = self.common.n_aovs;
-        self.blocks.for_each_in(tile.area, |block, shared| {
+        self.blocks_of(tile.pass).for_each_in(tile.area, |block, shared| {
             for y in shared.min[1]..shared.max[1] {
                 let from = offset_in(&tile.area, shared.min[0], y);
                 let to = offset_in(&block.area, shared.min[0], y);
@@ -272,10 +275,17 @@ impl Film {
         }
         ours.passes = ours.passes.union(&theirs.passes);
         ours.bad.merge(&theirs.bad);
-        for i in 0..self.blocks.len() {
-            self.blocks.lock(i).merge(&other.blocks.lock(i));
+        for (ours, theirs) in self.iterations.iter().zip(&other.iterations) {
+            for i in 0..ours.len() {
+                ours.lock(i).merge(&theirs.lock(i));
+            }
         }
         Ok(Merged::Added)
+    }
+
+    /// Where a pass is added.
+    fn blocks_of(&self, pass: u32) -> &Blocks<FilmBlock> {
+        &self.iterations[self.settings.iteration_of(pass)]
     }
 
     pub(crate) fn progress(&self) -> MutexGuard<'_, Progress> {

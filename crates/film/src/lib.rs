@@ -25,5 +25,5 @@ pub use filter::{Filter, MAX_RADIUS};
 pub use fixed::{Fixed, FixedPoint, Moment};
 pub use pass::{PassBuffer, SplatList};
 pub use passes::PassSet;
-pub use settings::{FilmSettings, MAX_AOVS, MAX_PIXELS, MAX_SIDE, RenderKey};
+pub use settings::{FilmSettings, MAX_AOVS, MAX_ITERATIONS, MAX_PIXELS, MAX_SIDE, RenderKey};
 pub use tile::FilmTile;

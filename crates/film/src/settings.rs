@@ -1,5 +1,7 @@
 //! What a film is a film of: two films with equal settings are parts of one render.
 
+use std::ops::Range;
+
 use math::Bounds2i;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +26,11 @@ pub struct FilmSettings {
     pub aovs: Vec<String>,
     /// Names of further channels that splats are summed in, such as `s3t1.weighted.R`.
     pub splat_aovs: Vec<String>,
+    /// First passes of all iterations but the first, ascending. Each iteration has sums of its own, and [`Film::develop`] weighs
+    /// their pictures by the inverse of their variance, which is **biased**. Empty: one iteration, all passes alike.
+    ///
+    /// [`Film::develop`]: crate::Film::develop
+    pub iterations: Vec<u32>,
     /// What was rendered, and how.
     pub key: RenderKey,
 }
@@ -54,6 +61,7 @@ impl FilmSettings {
             splats: false,
             aovs: Vec::new(),
             splat_aovs: Vec::new(),
+            iterations: Vec::new(),
             key: RenderKey::default(),
         }
     }
@@ -62,6 +70,18 @@ impl FilmSettings {
     #[must_use]
     pub fn sample_bounds(&self) -> Bounds2i {
         self.crop.expand(self.filter.reach())
+    }
+
+    /// The iteration that a pass belongs to.
+    pub(crate) fn iteration_of(&self, pass: u32) -> usize {
+        self.iterations.partition_point(|&first| first <= pass)
+    }
+
+    /// The passes of each iteration.
+    pub(crate) fn iteration_ranges(&self) -> impl Iterator<Item = Range<u32>> {
+        let starts = [0].into_iter().chain(self.iterations.iter().copied());
+        let ends = self.iterations.iter().copied().chain([u32::MAX]);
+        starts.zip(ends).map(|(start, end)| start..end)
     }
 
     /// Refuses what cannot be a film.
@@ -85,6 +105,13 @@ impl FilmSettings {
         let n_aovs = self.aovs.len() + self.splat_aovs.len();
         if n_aovs > MAX_AOVS {
             return bad(format!("{n_aovs} further channels are more than {MAX_AOVS}"));
+        }
+        let starts = [0].into_iter().chain(self.iterations.iter().copied());
+        if self.iterations.len() >= MAX_ITERATIONS || !starts.is_sorted_by(|a, b| a < b) {
+            return bad(format!(
+                "iterations from {:?} on are not at most {MAX_ITERATIONS}, one after the other",
+                self.iterations
+            ));
         }
         self.filter.check().map_err(Error::Settings)
     }
@@ -111,6 +138,9 @@ impl FilmSettings {
             .or_else(|| {
                 differ("further channels of splats", self.splat_aovs.join(" "), other.splat_aovs.join(" "))
             })
+            .or_else(|| {
+                differ("iterations", format!("{:?}", self.iterations), format!("{:?}", other.iterations))
+            })
     }
 }
 
@@ -122,3 +152,6 @@ pub const MAX_PIXELS: usize = 1 << 28;
 
 /// The largest number of further channels.
 pub const MAX_AOVS: usize = 256;
+
+/// The largest number of iterations that a film keeps apart.
+pub const MAX_ITERATIONS: usize = 32;

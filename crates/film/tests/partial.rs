@@ -15,6 +15,7 @@ fn small(filter: Filter) -> Film {
         splats: true,
         aovs: vec!["depth.Z".into()],
         splat_aovs: ["R", "G", "B"].map(|c| format!("s2t1.{c}")).to_vec(),
+        iterations: vec![1, 5],
         key: RenderKey {
             scene: "c0ffee".into(),
             integrator: "path".into(),

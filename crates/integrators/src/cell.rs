@@ -94,6 +94,13 @@ pub trait Integrator: Send + Sync {
         None
     }
 
+    /// First passes of the iterations whose pictures shall be combined by the inverse of their variance, less the first one's: see
+    /// [`film::FilmSettings::iterations`]. Empty where all passes count alike, as they do for all that is unbiased.
+    fn iterations(&self, scene: &Scene) -> Vec<u32> {
+        let _ = scene;
+        Vec::new()
+    }
+
     /// What was learned by the last [`Integrator::prepare`], for another process of the same version.
     fn learned(&self) -> Option<Vec<u8>> {
         None

@@ -6,7 +6,11 @@
 //! what the round before has taught, up to `training` thousand in all. A pass waits for the rounds whose paths,
 //! together, are no more than half of those that have started on the film by its end (and for 2¹⁴ in any case). So training
 //! never costs more than half of the picture, a render may begin at any pass for the bounded cost of all rounds, and
-//! every pass is unbiased: they are combined by their number (see `docs/decisions/0060`, `0106` and `0107`).
+//! every pass is unbiased: they are combined by their number (see `docs/decisions/0060` and `0106`).
+//!
+//! With `combine=inverse-variance` the passes of each guide have a film of their own, and those are combined by the inverse of the
+//! variance that they show [Mueller2019]: **biased**, as the metadata say, for values and weights come from the same samples; see
+//! `docs/decisions/0180`. It costs a film for each guide, at most seven, and fewer the larger the picture.
 //!
 //! Memory: a leaf of space costs at most 28 KiB (512 nodes of its quadtree); `memory` bounds their number, which then
 //! grows no more. A batch of records costs at most 25 MiB beside that.
@@ -52,6 +56,11 @@ fn parameters() -> Vec<ParameterInfo> {
             doc: "paths to learn from, in thousands (1024); 0: none, which is `path`",
         },
         ParameterInfo {
+            name: "combine",
+            kind: ParameterKind::Choice(&["count", "inverse-variance"]),
+            doc: "how passes count: all alike, or each guide's picture by the inverse of its variance, which is biased",
+        },
+        ParameterInfo {
             name: "memory",
             kind: ParameterKind::Integer(128),
             doc: "MiB that the guide may take; it then stays as fine as it is",
@@ -72,6 +81,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     Box::new(Guided {
         walks: PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) },
         training: u64::from(p.integer("training")) << 10,
+        by_variance: p.text("combine") == "inverse-variance",
         max_leaves: usize::try_from(max_leaves).unwrap_or(usize::MAX).max(1),
         rounds: 0,
     })
@@ -82,6 +92,8 @@ struct Guided {
     /// Paths to learn from.
     training: u64,
     max_leaves: usize,
+    /// Are the pictures of the guides combined by the inverse of their variance?
+    by_variance: bool,
     /// Rounds that the guide has learned from.
     rounds: u32,
 }
@@ -110,6 +122,20 @@ impl Guided {
         let started = (u64::from(pass) + 1).saturating_mul(pixels);
         let most = (started / PICTURE_PER_TRAINING).max(AT_LEAST).min(self.training);
         (1..40).take_while(|&k| paths_before(k) <= most).last().unwrap_or(0)
+    }
+
+    /// The passes from which on a guide of more rounds is read, one for each such guide.
+    fn first_passes(&self, pixels: u64) -> Vec<u32> {
+        let last = self.rounds_for(u32::MAX, pixels);
+        let mut firsts: Vec<u32> = (self.rounds_for(0, pixels) + 1..=last)
+            .map(|k| {
+                // The film must have started on twice the paths of the rounds.
+                let passes = (PICTURE_PER_TRAINING * paths_before(k)).div_ceil(pixels.max(1));
+                u32::try_from(passes - 1).unwrap_or(u32::MAX)
+            })
+            .collect();
+        firsts.dedup();
+        firsts
     }
 
     /// One round: its paths are guided by what the rounds before have taught.
@@ -181,6 +207,11 @@ impl Integrator for Guided {
         Some(self.rounds_for(ctx.pass, ctx.scene.settings().sample_bounds().area() as u64))
     }
 
+    fn iterations(&self, scene: &Scene) -> Vec<u32> {
+        let pixels = scene.settings().sample_bounds().area() as u64;
+        if self.by_variance { self.first_passes(pixels) } else { Vec::new() }
+    }
+
     fn learned(&self) -> Option<Vec<u8>> {
         postcard::to_allocvec(&(self.rounds, &self.walks.estimator.guide)).ok()
     }
@@ -200,8 +231,7 @@ impl Integrator for Guided {
 mod tests {
     use super::*;
 
-    #[test]
-    fn training_never_costs_more_than_half_the_picture_and_ends() {
+    fn guided(training: u64) -> Guided {
         let estimator = Path {
             max_depth: 3,
             roulette: Roulette { rr_depth: 3 },
@@ -212,7 +242,12 @@ mod tests {
         };
         let sampler = sampler_of(&scene_desc::SamplerDesc::default(), 0);
         let walks = PixelLoop { estimator, sampler };
-        let guided = Guided { walks, training: 2048 << 10, max_leaves: 1, rounds: 0 };
+        Guided { walks, training, max_leaves: 1, by_variance: false, rounds: 0 }
+    }
+
+    #[test]
+    fn training_never_costs_more_than_half_the_picture_and_ends() {
+        let guided = guided(2048 << 10);
         assert_eq!(paths_before(guided.rounds_for(0, 1)), AT_LEAST, "for all");
         for (pass, pixels) in [(0, 100_000), (5, 50_000), (100, 3_000)] {
             let paths = paths_before(guided.rounds_for(pass, pixels));
@@ -220,5 +255,22 @@ mod tests {
             assert!(paths <= most && 2 * paths > most, "{paths} {most}");
         }
         assert_eq!(paths_before(guided.rounds_for(u32::MAX, u64::MAX)), 2048 << 10, "and then no more");
+    }
+
+    #[test]
+    fn iterations_begin_where_the_guide_changes() {
+        let guided = guided(1024 << 10);
+        for pixels in [1, 3_000, 9_216, 50_000, 921_600, 1 << 22] {
+            let firsts = guided.first_passes(pixels);
+            assert!(firsts.len() < 8 && firsts.is_sorted_by(|a, b| a < b), "{firsts:?}");
+            for &first in &firsts {
+                assert!(
+                    guided.rounds_for(first - 1, pixels) < guided.rounds_for(first, pixels),
+                    "{pixels} {first}"
+                );
+            }
+            let last = firsts.last().copied().unwrap_or(0);
+            assert_eq!(guided.rounds_for(last, pixels), guided.rounds_for(u32::MAX, pixels));
+        }
     }
 }

@@ -280,6 +280,7 @@ fn bind<'s>(scene: &'s Scene, method: &Method) -> Result<(Bound<'s>, FilmSetting
         splats: integrator.splats(),
         aovs: samples,
         splat_aovs: splats,
+        iterations: integrator.iterations(scene),
         key: RenderKey {
             scene: format!("{:016x}", of_scene.content_hash),
             integrator: name.to_owned(),

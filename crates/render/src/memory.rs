@@ -31,7 +31,8 @@ fn needed(settings: &FilmSettings, buffers: u64) -> u64 {
     let buffer = SUM + weighted * WEIGHT + splats * SUM + aovs * 16;
     // Developed, and as an image with its variance.
     let picture = 2 * (2 * 12 + aovs * 4);
-    (film + buffers * buffer + picture).saturating_mul(settings.crop.area() as u64)
+    let films = film * (settings.iterations.len() as u64 + 1);
+    (films + buffers * buffer + picture).saturating_mul(settings.crop.area() as u64)
 }
 
 /// Bytes that can be had without swapping, as far as the system says: the machine's, or the container's.

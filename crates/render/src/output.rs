@@ -47,14 +47,22 @@ pub fn picture(film: &Film, developed: &Developed) -> Result<Image, image::Image
         ("steradian.dropped_samples", film.bad_samples().count().to_string()),
     ];
     picture.metadata.extend(notes.map(|(k, v)| (k.to_owned(), MetaValue::Text(v))));
-    if let Some(note) = note_on_variance(&key.integrator) {
+    if let Some(note) = note_on_variance(&key.integrator, developed) {
         picture.metadata.insert("steradian.variance".to_owned(), MetaValue::Text(note));
     }
     Ok(picture)
 }
 
 /// What the variance of a biased integrator does not tell.
-fn note_on_variance(integrator: &str) -> Option<String> {
+fn note_on_variance(integrator: &str, developed: &Developed) -> Option<String> {
+    if let [_, _, ..] = developed.weights[..] {
+        let weights: Vec<String> = developed.weights.iter().map(|w| format!("{w:.4}")).collect();
+        let weights = weights.join(", ");
+        return Some(format!(
+            "of noise alone, as if the weights were fixed; the picture is biased: it combines iterations by the inverse of their \
+             variance, as their own samples show it (weights {weights})"
+        ));
+    }
     let info = integrators::find(integrator).ok().filter(|info| !info.unbiased)?;
     Some(format!("of noise between passes alone, not of the bias of {integrator}: it misses {}", info.misses))
 }
@@ -104,11 +112,19 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
 mod tests {
     use super::*;
 
+    fn developed(weights: Vec<f64>) -> Developed {
+        let bounds = math::Bounds2i::new([0, 0], [1, 1]);
+        let (mean, variance) = (vec![[0.0; 3]], vec![[0.0; 3]]);
+        Developed { bounds, n_passes: 2, weights, mean, variance, aovs: Vec::new() }
+    }
+
     #[test]
     fn the_variance_of_a_biased_integrator_has_a_note() {
-        let note = note_on_variance("irradiance-cache").unwrap();
+        let note = note_on_variance("irradiance-cache", &developed(vec![1.0])).unwrap();
         assert!(note.contains("bias") && note.contains("interpolation error"), "{note}");
-        assert_eq!(note_on_variance("path"), None);
-        assert_eq!(note_on_variance("no such"), None);
+        assert_eq!(note_on_variance("path", &developed(vec![1.0])), None);
+        assert_eq!(note_on_variance("no such", &developed(vec![1.0])), None);
+        let note = note_on_variance("guided", &developed(vec![0.25, 0.75])).unwrap();
+        assert!(note.contains("biased") && note.contains("0.2500, 0.7500"), "{note}");
     }
 }

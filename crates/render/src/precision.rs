@@ -147,6 +147,7 @@ mod tests {
         Developed {
             bounds: math::Bounds2i::new([0, 0], [n as i32, 1]),
             n_passes: 8,
+            weights: vec![1.0],
             mean: vec![[1.0; 3]; n],
             variance: vec![[variance; 3]; n],
             aovs: Vec::new(),

@@ -103,15 +103,20 @@ impl Field {
         }
     }
 
-    /// Rows, columns, then channels and the two halves of each 128-bit number.
+    /// Iterations if there are several, rows, columns, then channels and the two halves of each 128-bit number.
     pub(super) fn shape(self, s: &FilmSettings) -> Vec<usize> {
-        let (h, w) = (s.crop.height(), s.crop.width());
+        let mut shape = match s.iterations.len() {
+            0 => Vec::new(),
+            n => vec![n + 1],
+        };
+        shape.extend([s.crop.height(), s.crop.width()]);
         match self {
-            Self::Weight | Self::WeightSquared => vec![h, w],
-            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat => vec![h, w, 3, 2],
-            Self::Aovs => vec![h, w, s.aovs.len(), 2],
-            Self::SplatAovs => vec![h, w, s.splat_aovs.len(), 2],
+            Self::Weight | Self::WeightSquared => {}
+            Self::Total | Self::TotalSquared | Self::TotalWeight | Self::Splat => shape.extend([3, 2]),
+            Self::Aovs => shape.extend([s.aovs.len(), 2]),
+            Self::SplatAovs => shape.extend([s.splat_aovs.len(), 2]),
         }
+        shape
     }
 
     /// The array's bytes, pixel by pixel in rows.
@@ -188,14 +193,17 @@ impl<T: LittleEndian> LittleEndian for [T; 3] {
 /// From blocks, with `n` numbers per pixel, to rows.
 fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[T]) -> Vec<u8> {
     let crop = film.settings().crop;
-    let mut bytes = vec![0; crop.area() * n * T::SIZE];
-    for i in 0..film.blocks.len() {
-        let block = film.blocks.lock(i);
-        let per_row = block.area.width() * n;
-        for (row, values) in get(&block).chunks_exact(per_row).enumerate() {
-            let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * T::SIZE;
-            let to = bytes[at..at + per_row * T::SIZE].chunks_exact_mut(T::SIZE);
-            values.iter().zip(to).for_each(|(x, to)| x.write(to));
+    let per_iteration = crop.area() * n * T::SIZE;
+    let mut bytes = vec![0; film.iterations.len() * per_iteration];
+    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(per_iteration)) {
+        for i in 0..blocks.len() {
+            let block = blocks.lock(i);
+            let per_row = block.area.width() * n;
+            for (row, values) in get(&block).chunks_exact(per_row).enumerate() {
+                let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * T::SIZE;
+                let to = bytes[at..at + per_row * T::SIZE].chunks_exact_mut(T::SIZE);
+                values.iter().zip(to).for_each(|(x, to)| x.write(to));
+            }
         }
     }
     bytes
@@ -209,14 +217,16 @@ fn scatter<T: LittleEndian>(
     get: impl Fn(&mut FilmBlock) -> &mut Vec<T>,
 ) {
     let crop = film.settings().crop;
-    for i in 0..film.blocks.len() {
-        let mut block = film.blocks.lock(i);
-        let area = block.area;
-        let per_row = area.width() * n;
-        for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
-            let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
-            let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
-            values.iter_mut().zip(from).for_each(|(x, from)| x.read(from));
+    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact(crop.area() * n * T::SIZE)) {
+        for i in 0..blocks.len() {
+            let mut block = blocks.lock(i);
+            let area = block.area;
+            let per_row = area.width() * n;
+            for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
+                let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
+                let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
+                values.iter_mut().zip(from).for_each(|(x, from)| x.read(from));
+            }
         }
     }
 }

@@ -46,6 +46,8 @@ struct Head {
     aovs: Vec<String>,
     #[serde(default)]
     splat_aovs: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    iterations: Vec<u32>,
     key: RenderKey,
     passes: String,
     bad_samples: BadSamples,
@@ -84,6 +86,7 @@ impl Film {
             splats: head.splats,
             aovs: head.aovs,
             splat_aovs: head.splat_aovs,
+            iterations: head.iterations,
             key: head.key,
         };
         settings.check()?;
@@ -179,6 +182,7 @@ impl Film {
             splats: s.splats,
             aovs: s.aovs.clone(),
             splat_aovs: s.splat_aovs.clone(),
+            iterations: s.iterations.clone(),
             key: s.key.clone(),
             passes: progress.passes.to_string(),
             bad_samples: progress.bad,

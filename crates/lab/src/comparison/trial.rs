@@ -82,6 +82,8 @@ impl Bench<'_> {
                 let key = &whole.settings().key;
                 let info = integrators::find(&key.integrator);
                 let (unbiased, misses) = info.map_or((false, ""), |i| (i.unbiased, i.misses));
+                // Iterations are combined by weights that their own samples give.
+                let unbiased = unbiased && whole.settings().iterations.is_empty();
                 let settings = key.settings.clone();
                 trial = Some(Trial {
                     moments: moments.clone(),
