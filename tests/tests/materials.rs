@@ -4,6 +4,7 @@
 //! leaves is shared by pixels, so that the independent samples are renders with different seeds.
 
 use std::fs;
+use std::path::Path;
 
 use render::SceneOptions;
 use scene::Scene;
@@ -22,7 +23,20 @@ fn beckmann(alpha: f32) -> Roughness {
     Roughness { distribution: Distribution::Beckmann, ..Roughness::new(alpha, alpha, false) }
 }
 
-fn kinds() -> Vec<MaterialKind> {
+/// A file of a glossy surface, as if measured.
+#[expect(clippy::unwrap_used, reason = "a test's own file")]
+fn measured(folder: &Path) -> MaterialKind {
+    let parts = testkit::measured::tabulate([0.5; 2], true, |wo, wi| {
+        let m = (wo.0 + wi.0).normalize();
+        let gloss = 1.5 * libm::powf(m.z, 20.0);
+        [0.2, 0.1, 0.05].map(|matt| (matt + gloss) * wi.cos_theta() * std::f32::consts::FRAC_1_PI)
+    });
+    let path = folder.join("measured.bsdf");
+    fs::write(&path, testkit::measured::file(&parts.unwrap(), &[])).unwrap();
+    MaterialKind::Measured { path }
+}
+
+fn kinds(folder: &Path) -> Vec<MaterialKind> {
     let eta = || IndexOfRefraction::Constant(1.5);
     let plastic = |roughness, nonlinear| MaterialKind::Plastic {
         reflectance: rgb(0.2, 0.3, 0.7),
@@ -76,6 +90,7 @@ fn kinds() -> Vec<MaterialKind> {
             beta_n: 0.4.into(),
             alpha: 2.0.into(),
         },
+        measured(folder),
     ]
 }
 
@@ -97,16 +112,19 @@ fn world() -> String {
         );
     }
     text + "MakeNamedMaterial \"m8\" \"string type\" \"diffuse\" NamedMaterial \"m8\"\n\
-            Shape \"curve\" \"string type\" \"ribbon\" \"float width\" 0.15 \"normal N\" [0 -1 0.6 0 -1 0.6] \"point3 P\" [-3 -1.5 1.8  -1 -2 2.3  1 -2 1.8  3 -1.5 2.3]\n"
+            Shape \"curve\" \"string type\" \"ribbon\" \"float width\" 0.15 \"normal N\" [0 -1 0.6 0 -1 0.6] \"point3 P\" [-3 -1.5 1.8  -1 -2 2.3  1 -2 1.8  3 -1.5 2.3]\n\
+            MakeNamedMaterial \"m9\" \"string type\" \"diffuse\" NamedMaterial \"m9\"\n\
+            AttributeBegin Translate 3.6 -1 0.7 Shape \"sphere\" \"float radius\" 0.65 AttributeEnd\n"
 }
 
 #[expect(clippy::unwrap_used, reason = "a test's own scene")]
 fn scene() -> Scene {
-    let file = tempfile::Builder::new().suffix(".pbrt").tempfile().unwrap();
-    fs::write(file.path(), world()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("world.pbrt");
+    fs::write(&file, world()).unwrap();
     let (mut sink, options) = (Sink::default(), SceneOptions::default());
-    let mut desc = render::load(file.path(), &options, &workers(2), &mut sink).unwrap();
-    for (i, kind) in kinds().into_iter().enumerate() {
+    let mut desc = render::load(&file, &options, &workers(2), &mut sink).unwrap();
+    for (i, kind) in kinds(folder.path()).into_iter().enumerate() {
         let name = format!("m{i}");
         let material = desc.materials.iter_mut().find(|m| m.name == name).unwrap();
         material.kind = kind;

@@ -1,9 +1,9 @@
-//! Image files that a scene refers to: looked for and hashed, not decoded.
+//! Image files and measurements that a scene refers to: looked for and hashed, not decoded.
 
 use std::path::Path;
 
 use rayon::prelude::*;
-use scene_desc::{ImageDesc, ImageEncoding};
+use scene_desc::{ImageDesc, ImageEncoding, Span};
 
 use crate::report::Report;
 use crate::source;
@@ -54,4 +54,17 @@ pub(crate) fn hash_images(images: &[ImageDesc], report: &mut Report<'_>) -> Vec<
         }
     }
     good
+}
+
+/// The hash of a measured surface's file; one that cannot be read is reported.
+pub(crate) fn hash_measured(path: &Path, span: Span, report: &mut Report<'_>) -> Option<u64> {
+    match source::hash(path) {
+        Ok(hash) => Some(hash),
+        Err(e) => {
+            report
+                .error(span, format!("measured surface {} cannot be read: {e}", path.display()))
+                .hint(e.hint());
+            None
+        }
+    }
 }

@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::Folder;
-use scene_desc::{Geometry, SceneDesc, ShapeDesc, Sink};
+use scene_desc::{Geometry, MaterialKind, SceneDesc, ShapeDesc, Sink};
 
 fn load(path: &Path) -> SceneDesc {
     let mut sink = Sink::default();
@@ -133,4 +133,26 @@ fn what_pbrt_cannot_say_is_told_and_refused_if_asked() {
     let path = folder.path("strict.pbrt");
     let refused = steradian_formats::write_pbrt(&scene, &path, true, &mut Sink::default());
     assert!(refused.is_err() && !path.exists());
+}
+
+#[test]
+fn a_measured_surface_goes_with_its_scene() {
+    let text = "Camera \"perspective\"\nWorldBegin\nMaterial \"measured\" \"string filename\" \"gold.bsdf\"\nShape \"sphere\"\n";
+    let folder = Folder::new().with("a.pbrt", text).with("gold.bsdf", "numbers");
+    let scene = load(&folder.path("a.pbrt"));
+    let out = Folder::new();
+    let (back, messages) = round(&scene, &out);
+    assert_eq!(messages, "");
+    let MaterialKind::Measured { path } = &back.materials[back.shapes[0].material.index()].kind else {
+        panic!("{:?}", back.materials)
+    };
+    assert!(path.starts_with(out.path("")));
+    assert_eq!(std::fs::read_to_string(path).unwrap(), "numbers");
+    // A file that is not there is told of when the scene is read; another file is another scene.
+    let other = Folder::new().with("a.pbrt", text).with("gold.bsdf", "other numbers");
+    assert_ne!(load(&other.path("a.pbrt")).content_hash, scene.content_hash);
+    let mut sink = Sink::default();
+    let without = Folder::new().with("a.pbrt", text);
+    assert!(steradian_formats::load(&without.path("a.pbrt"), &mut sink).is_none());
+    assert!(sink.render().contains("gold.bsdf cannot be read"), "{}", sink.render());
 }

@@ -411,7 +411,7 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
          Option \"forcediffuse\" true\n\
          WorldBegin\n\
          Material \"hair\" \"float eumelanin\" 0.3\n\
-         Material \"measured\" \"string filename\" \"a.bsdf\"\n\
+         # nothing\n\
          Material \"subsurface\"\n\
          Texture \"p\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
          MakeNamedMedium \"smoke\" \"string type\" \"nanovdb\" \"string filename\" \"a.nvdb\"\n\
@@ -431,8 +431,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: it would make the picture darker than it is; samples are not clamped
     a.pbrt:3:8: warning: option "forcediffuse" is not supported
       hint: it is ignored
-    a.pbrt:6:1: warning: material "measured" is not supported yet
-      hint: a grey diffuse surface stands in for it
     a.pbrt:8:1: warning: ptex textures are not supported
       hint: a constant 0.5 stands in for it
     a.pbrt:9:1: warning: medium "smoke" of type "nanovdb" is not supported

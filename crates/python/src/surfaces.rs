@@ -24,7 +24,7 @@ pub(crate) struct Surfaces {
     list: Vec<Option<Point>>,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Point {
     si: SurfaceInteraction,
     /// `None` at a mere border of media.
@@ -105,7 +105,10 @@ impl Surfaces {
         d.set_item("valid", arrays::vector(py, valid))?;
         d.set_item("p", arrays::rows(py, v(&|p| p.si.p.0)?)?)?;
         d.set_item("ng", arrays::rows(py, v(&|p| p.si.ng.0)?)?)?;
-        d.set_item("n", arrays::rows(py, v(&|p| p.shading.map_or(p.si.frame.n, |s| s.frame.n).0)?)?)?;
+        d.set_item(
+            "n",
+            arrays::rows(py, v(&|p| p.shading.as_ref().map_or(p.si.frame.n, |s| s.frame.n).0)?)?,
+        )?;
         d.set_item("wo", arrays::rows(py, v(&|p| p.si.wo.0)?)?)?;
         d.set_item("uv", arrays::rows(py, self.map(py, n, |p, _| p.si.uv.to_array())?)?)?;
         d.set_item("t", arrays::vector(py, self.map(py, n, |p, _| p.si.t)?))?;
@@ -133,7 +136,7 @@ impl Surfaces {
             return Err(PyValueError::new_err("wo and wi must have one shape"));
         }
         let values = self.map(py, wi.len(), |p, i| {
-            let Some(s) = p.shading else { return [0.0; 4] };
+            let Some(s) = &p.shading else { return [0.0; 4] };
             let dir = |w: [f32; 3]| s.frame.to_local(Dir::normalize(Vec3::from_array(w)));
             let wo = wo.map_or_else(|| s.frame.to_local(p.si.wo), |wo| dir(wo[i]));
             let (f, pdf) = s.bsdf.eval_pdf(wo, dir(wi[i]), TransportMode::Radiance);
@@ -161,7 +164,7 @@ impl Surfaces {
             return Err(PyValueError::new_err("wo and u must have one length"));
         }
         let drawn = self.map(py, u.len(), |p, i| {
-            let s = p.shading?;
+            let s = p.shading.as_ref()?;
             let dir = |w: [f32; 3]| s.frame.to_local(Dir::normalize(Vec3::from_array(w)));
             let wo = wo.map_or_else(|| s.frame.to_local(p.si.wo), |wo| dir(wo[i]));
             let [lobe, x, y] = u[i];

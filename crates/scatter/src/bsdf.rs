@@ -18,6 +18,7 @@
 //! | `MetallicRoughness`   | glTF's surface with its layers                         | never      |
 //! | `Hair`                | a fibre; not reciprocal                                | never      |
 //! | `CompensatedConductor` | metal without loss between facets                     | if smooth  |
+//! | `Measured`            | a table of measurements; not reciprocal                | never      |
 //!
 //! A mixture of materials is resolved at the hit (`scene`), by a hash of the point. To add a kind: its file here,
 //! a line in the closed set below and in the table above, a line in `tests/laws.rs`.
@@ -33,6 +34,7 @@ mod diffuse;
 mod diffuse_transmission;
 mod hair;
 mod lobe;
+mod measured;
 mod metallic_roughness;
 mod mixture;
 mod oren_nayar;
@@ -59,6 +61,7 @@ pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use hair::Hair;
 pub use lobe::{Gloss, Lobe, LobeFlags, SampleLobes, Side};
+pub use measured::{Measured, MeasuredError, MeasuredParts, MeasuredTable, Raster};
 pub use metallic_roughness::{MetallicRoughness, MetallicRoughnessParameters};
 pub use oren_nayar::OrenNayar;
 pub use plastic::Plastic;
@@ -175,7 +178,7 @@ impl BsdfSample {
 /// Laws, checked for every kind by `testkit::bsdf_laws!`: `pdf` integrates to the chance of a valid sample, at most
 /// one; `sample` draws from `pdf`, and its weight is `f |cos| / pdf`; `eval` is reciprocal (with η² between sides)
 /// and, under uniform light, gives back no more than it receives; nothing is NaN or infinite for any input.
-pub trait BsdfKind: Copy + Into<Bsdf> {
+pub trait BsdfKind: Clone + Into<Bsdf> {
     /// `f(wo, wi)` in 1/sr, **without** the cosine; zero where only a delta would do.
     fn eval(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Spectrum;
 
@@ -212,14 +215,14 @@ pub trait BsdfKind: Copy + Into<Bsdf> {
     /// The same surface with its narrow lobes widened.
     #[must_use]
     fn regularized(&self) -> Self {
-        *self
+        self.clone()
     }
 }
 
 closed_set! {
     ($)
-    /// A surface at a hit: one of the kinds of the module's head, by value.
-    #[derive(Clone, Copy, Debug)]
+    /// A surface at a hit: one of the kinds of the module's head, by value (a table is shared).
+    #[derive(Clone, Debug)]
     pub enum Bsdf dispatch dispatch {
         /// Lambert's law.
         Diffuse,
@@ -253,6 +256,8 @@ closed_set! {
         Hair,
         /// Metal without loss between facets.
         CompensatedConductor,
+        /// A table of measurements.
+        Measured,
     }
 }
 
@@ -349,6 +354,6 @@ mod tests {
         assert!(!Bsdf::from(Diffuse::new(Spectrum::ONE)).has_delta());
         assert!(!glass.regularized().has_delta());
         assert_eq!(glass.name(), "Dielectric");
-        assert_eq!(Bsdf::NAMES.len(), 16);
+        assert_eq!(Bsdf::NAMES.len(), 17);
     }
 }

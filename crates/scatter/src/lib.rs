@@ -16,8 +16,8 @@ pub mod microfacet;
 pub use bsdf::{
     Bsdf, BsdfKind, BsdfSample, Coat, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse,
     CompensatedConductor, Conductor, Density, Dielectric, Diffuse, DiffuseTransmission, Gloss, Hair, Lobe,
-    LobeFlags, MetallicRoughness, MetallicRoughnessParameters, OrenNayar, Plastic, Principled,
-    PrincipledParameters, PrincipledThin, SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters,
-    TintedDielectric, TransportMode,
+    LobeFlags, Measured, MeasuredError, MeasuredParts, MeasuredTable, MetallicRoughness,
+    MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
+    Raster, SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
 pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};

@@ -1,11 +1,13 @@
 //! Closed forms of energy, and closed forms against random walks.
 
+use std::sync::Arc;
+
 use math::{LocalDir, Vec3};
 use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
     Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, CompensatedConductor, Conductor,
-    Dielectric, Hair, OrenNayar, Plastic, TransportMode,
+    Dielectric, Hair, Measured, MeasuredTable, OrenNayar, Plastic, TransportMode,
 };
 use testkit::chi2::uniform_pair;
 use testkit::statistics::{Moments, sidak, t_test, welch_test};
@@ -69,7 +71,7 @@ fn lossless_things_give_back_all_they_get() {
             CoatedConductor::new(perfect_metal, &ideal()).into(),
             white_plastic.into(),
         ] {
-            let m = albedo(bsdf, at(mu), 50_000);
+            let m = albedo(bsdf.clone(), at(mu), 50_000);
             assert!((m.mean() - 1.0).abs() < 5.0 * m.std_error() + 2e-4, "{} at {mu}: {m:?}", bsdf.name());
         }
     }
@@ -101,7 +103,7 @@ fn refraction_obeys_snell() {
 }
 
 /// Mean weight in eight regions, deltas in a ninth.
-fn by_region(b: Bsdf, wo: LocalDir, seed: u64, n: u64) -> [Moments; 9] {
+fn by_region(b: &Bsdf, wo: LocalDir, seed: u64, n: u64) -> [Moments; 9] {
     let mut all = [Moments::default(); 9];
     for i in 0..n {
         let s = b.sample(wo, uniform_pair(seed, i)[0], uniform_pair(seed + 1, i), TransportMode::Radiance);
@@ -121,7 +123,7 @@ fn by_region(b: Bsdf, wo: LocalDir, seed: u64, n: u64) -> [Moments; 9] {
 fn assert_same_light(a: impl Into<Bsdf>, b: impl Into<Bsdf>, what: &str) {
     let (a, b) = (a.into(), b.into());
     for wo in [at(0.95), at(0.5), -at(0.15)] {
-        let (a, b) = (by_region(a, wo, 10, 60_000), by_region(b, wo, 20, 60_000));
+        let (a, b) = (by_region(&a, wo, 10, 60_000), by_region(&b, wo, 20, 60_000));
         for (k, (a, b)) in a.iter().zip(&b).enumerate() {
             let m = format!("{what}, {wo:?}, region {k}: {} and {}", a.mean(), b.mean());
             welch_test(a, b).assert_consistent(sidak(1e-6, 27), &m);
@@ -315,6 +317,51 @@ fn compensated_metal_loses_nothing_between_facets() {
                 .sum();
             let found = sum / f64::from(n);
             assert!((found - 1.0).abs() < 1e-3, "{facets:?}, {mu}: {found}");
+        }
+    }
+}
+
+/// Mean weight of what an eye sees by, in one lane.
+fn seen(measured: &Measured, wo: LocalDir, n: u64) -> Moments {
+    Moments::of((0..n).map(|i| {
+        let s = measured.sample(wo, 0.5, uniform_pair(2, i), TransportMode::Radiance);
+        f64::from(s.map_or(0.0, |s| s.weight.lanes()[0]))
+    }))
+}
+
+/// Without a Jacobian, `f cos` is the table's own number: 0.9 of the light over the hemisphere, from wherever it is seen.
+#[test]
+fn an_even_table_reflects_what_it_holds() {
+    let held = 0.9 * 0.5 * std::f32::consts::FRAC_1_PI;
+    let mut parts = testkit::measured::tabulate([0.6; 2], false, |_, _| [held]).unwrap();
+    // Below the horizon as well, lest interpolation sees its edge.
+    parts.spectra.values.fill(held);
+    let even = Measured::new(Arc::new(MeasuredTable::new(parts).unwrap()), [0.0; 4]);
+    for (x, z) in [(0.05, 1.0), (0.7, 0.7), (0.9, 0.3), (-0.5, -0.8)] {
+        let wo = LocalDir::normalize(Vec3::new(x, 0.1, z));
+        let wi = LocalDir::normalize(Vec3::new(0.3, -0.5, z));
+        let f = even.eval(wo, wi, TransportMode::Radiance).lanes()[0] * wi.abs_cos_theta();
+        assert!((f / held - 1.0).abs() < 1e-5, "{f} is not {held}");
+        let m = seen(&even, wo, 40_000);
+        assert!((m.mean() - 0.9).abs() < 5.0 * m.std_error(), "{wo:?}: {} ± {}", m.mean(), m.std_error());
+    }
+}
+
+/// A tabulated metal is the metal: its albedo within a percent, round and brushed, from any azimuth.
+#[test]
+fn a_tabulated_metal_has_the_metals_albedo() {
+    for alpha in [[0.4, 0.4], [0.3, 0.6]] {
+        let metal = Conductor::new(Spectrum::splat(0.2), Spectrum::splat(3.5), alpha);
+        let parts = testkit::measured::tabulate(alpha, true, |wo, wi| {
+            [metal.eval(wo, wi, TransportMode::Radiance).lanes()[0] * wi.abs_cos_theta()]
+        });
+        let table = Arc::new(parts.and_then(MeasuredTable::new).unwrap());
+        let measured = Measured::new(table, [0.0; 4]);
+        for wo in [Vec3::new(0.2, 0.1, 0.9), Vec3::new(-0.4, 0.5, 0.6), Vec3::new(0.6, -0.3, -0.5)] {
+            let wo = LocalDir::normalize(wo);
+            let (a, b) = (albedo(metal, wo, 40_000), seen(&measured, wo, 40_000));
+            let off = (b.mean() / a.mean() - 1.0).abs();
+            assert!(off < 0.01, "{alpha:?} {wo:?}: {} as a table, {} as a formula", b.mean(), a.mean());
         }
     }
 }

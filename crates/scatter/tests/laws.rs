@@ -1,12 +1,14 @@
 //! Every kind of surface and of phase function obeys the laws of its family.
 
+use std::sync::Arc;
+
 use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
     Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, CompensatedConductor, Conductor,
-    Dielectric, Diffuse, DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, MetallicRoughness,
-    MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
-    Rayleigh, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric,
+    Dielectric, Diffuse, DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, Measured, MeasuredTable,
+    MetallicRoughness, MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters,
+    PrincipledThin, Rayleigh, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -90,6 +92,16 @@ fn sheet() -> ThinParameters {
     }
 }
 
+/// A conductor of GGX facets, as if it had been measured.
+fn measured(alpha: [f32; 2]) -> Measured {
+    let metal = copper(alpha);
+    let parts = testkit::measured::tabulate(alpha, true, |wo, wi| {
+        (metal.eval(wo, wi, TransportMode::Radiance) * wi.abs_cos_theta()).rgb()
+    });
+    let table = parts.and_then(MeasuredTable::new).unwrap();
+    Measured::new(Arc::new(table), [0.0, 1.0, 2.0, 0.5])
+}
+
 bsdf_laws! {
     diffuse: Diffuse::new(RED);
     diffuse_transmission: DiffuseTransmission::new(RED, Spectrum::from_rgb([0.1, 0.5, 0.3]));
@@ -156,6 +168,8 @@ bsdf_laws! {
     hair: Hair::new(Spectrum::from_rgb([0.1, 0.3, 0.8]), 0.3, 1.55, [0.3, 0.3], 0.035);
     hair_smooth: Hair::new(Spectrum::from_rgb([0.0, 0.3, 1.8]), -0.8, 1.55, [0.2, 0.25], 0.05);
     hair_rough: Hair::new(Spectrum::ZERO, 0.0, 1.3, [0.9, 0.8], 0.0);
+    measured: measured([0.5; 2]);
+    measured_brushed: measured([0.3, 0.6]);
     any: Bsdf::from(Diffuse::new(RED));
     regularized_glass: Bsdf::from(Dielectric::new(1.5, [0.02; 2])).regularized();
     regularized_coat: Bsdf::from(closed(0.04)).regularized();

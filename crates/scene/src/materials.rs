@@ -17,6 +17,7 @@ mod bump;
 mod compile;
 mod half_space;
 mod look;
+mod measured;
 mod metal;
 mod parameters;
 mod subsurface;
@@ -53,7 +54,7 @@ pub(crate) enum Gaps {
 }
 
 /// A surface point, ready for transport.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Shading {
     /// How it scatters, in `frame`.
     pub bsdf: Bsdf,
@@ -125,7 +126,7 @@ impl Materials {
     ) -> Option<Shading> {
         let material = &self.list[si.material.index()];
         match (&material.constant, material.relief) {
-            (Some(bsdf), Relief::None) => Some(Shading { bsdf: *bsdf, frame: si.frame }),
+            (Some(bsdf), Relief::None) => Some(Shading { bsdf: bsdf.clone(), frame: si.frame }),
             (Some(_) | None, _) => self.shade_varying(textures, si, footprint, wl),
         }
     }
@@ -189,8 +190,8 @@ impl Materials {
     ) -> Option<Shading> {
         let ctx = TextureContext::at(si, *footprint);
         let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo));
-        let bsdf = match material.constant {
-            Some(bsdf) => bsdf,
+        let bsdf = match &material.constant {
+            Some(bsdf) => bsdf.clone(),
             None => match &material.surface {
                 Surface::Look(look) => look.bsdf(&mut Lookup::at(textures, &ctx, wl), &self.profiles),
                 Surface::Pane(_) => mirror(),

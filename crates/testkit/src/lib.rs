@@ -2,5 +2,6 @@
 
 pub mod chi2;
 pub mod laws;
+pub mod measured;
 
 pub use statistics;

@@ -9,7 +9,7 @@ use super::bsdfs::Look;
 use super::build::Build;
 use super::text;
 use super::tree::{Class, Node, Value};
-use crate::suggest;
+use crate::{resources, suggest};
 
 impl<'t> Build<'t, '_, '_> {
     /// The look of a surface; `None` if there is no such BSDF.
@@ -281,7 +281,9 @@ impl<'t> Build<'t, '_, '_> {
             self.report.error(node.span, "bsdf \"measured\" has no \"filename\"").hint("it is a .bsdf file");
             return Some(MaterialKind::default_diffuse());
         };
-        Some(MaterialKind::Measured { path: node.resolve(&name) })
+        let path = node.resolve(&name);
+        self.hashes.extend(resources::hash_measured(&path, node.span_of("filename"), self.report));
+        Some(MaterialKind::Measured { path })
     }
 }
 

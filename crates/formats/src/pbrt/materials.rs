@@ -9,7 +9,7 @@ use super::build::Build;
 use super::params::{Params, Type};
 use super::spectra::Role;
 use super::state::{Entity, NamedEntity};
-use crate::suggest;
+use crate::{resources, suggest};
 
 const NAMES: [&str; 12] = [
     "coatedconductor",
@@ -88,7 +88,7 @@ impl Build<'_, '_> {
             displacement = self.float_input(p, if self.is_old { "bumpmap" } else { "displacement" });
         }
         let opacity = if self.is_old { self.old_opacity(entity) } else { None };
-        let is_stand_in = entity.kind == "measured" || (self.is_old && entity.kind == "fourier");
+        let is_stand_in = self.is_old && entity.kind == "fourier";
         if kind.is_some() && !is_stand_in {
             // The type of a named material is a parameter.
             p.accept(&[("type", Type::String)]);
@@ -130,12 +130,7 @@ impl Build<'_, '_> {
             "mix" => return self.mix(entity),
             "interface" | "none" | "" => MaterialKind::Interface,
             "hair" => self.hair(p),
-            "measured" => {
-                self.report
-                    .warning(entity.span, format!("material \"{}\" is not supported yet", entity.kind))
-                    .hint("a grey diffuse surface stands in for it");
-                MaterialKind::default_diffuse()
-            }
+            "measured" => return self.measured(entity),
             name => {
                 let what = format!("material \"{name}\"");
                 if let Some((_, now)) = OLD.iter().find(|o| o.0 == name) {
@@ -145,6 +140,16 @@ impl Build<'_, '_> {
                 return self.refuse(entity.span, format!("unknown {what}"), suggest::hint(name, &NAMES));
             }
         })
+    }
+
+    fn measured(&mut self, entity: &Entity) -> Option<MaterialKind> {
+        let Some((name, span)) = entity.params.string_opt("filename", self.report) else {
+            let hint = "it is a .bsdf file of the RGL data base";
+            return self.refuse(entity.span, "material \"measured\" has no \"filename\"".to_owned(), hint);
+        };
+        let path = self.resolve(&name);
+        self.hashes.extend(resources::hash_measured(&path, span, self.report));
+        Some(MaterialKind::Measured { path })
     }
 
     pub(super) fn albedo(&mut self, p: &Params, name: &'static str, default: f32) -> SpectrumInput {

@@ -132,7 +132,7 @@ impl Joint<'_> {
     ) -> Option<Merged> {
         let photons = &merging.map.photons;
         let photon = &photons.vertices[near.index as usize];
-        let z = *self.paths.eye.vertices.get(i)?;
+        let z = self.paths.eye.vertices.get(i)?.clone();
         // Events before, and from here to the eye.
         if photon.depth() as usize + z.events as usize > depth {
             return None;

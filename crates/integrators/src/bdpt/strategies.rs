@@ -188,7 +188,7 @@ impl Joint<'_> {
 
     fn next_event(&mut self, t: usize) -> Option<Contribution> {
         let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
-        let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
+        let z = self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?.clone();
         let from = z.light_context();
         let (light, chosen) = self.scene.light_selector.select(&from, u_light)?;
         let sample = self.scene.lights.sample(light, &from, u, &self.wl)?;
@@ -225,8 +225,8 @@ impl Joint<'_> {
     // ---- s, t ≥ 2 ----
 
     fn connect(&mut self, s: usize, t: usize) -> Option<Contribution> {
-        let y = *self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
-        let z = *self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
+        let y = self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?.clone();
+        let z = self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?.clone();
         let d = z.p() - y.p();
         let distance_squared = d.length_squared();
         let w = Dir(d / distance_squared.sqrt());
@@ -248,7 +248,7 @@ impl Joint<'_> {
     // ---- t = 1 ----
 
     fn reach_eye(&mut self, s: usize) -> Option<Contribution> {
-        let y = *self.paths.light.vertices.get(s - 2)?;
+        let y = self.paths.light.vertices.get(s - 2)?.clone();
         let (eye, through) = connect_to_eye(self.scene, &y, (&mut *self.sampler, &self.wl), self.counters)?;
         let scattered = y.scatter(eye.wi, TransportMode::Importance);
         let value = y.throughput * scattered * through * eye.weight;

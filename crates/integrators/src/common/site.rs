@@ -45,7 +45,7 @@ impl MediumPoint {
 }
 
 /// A surface or a point of a medium.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a walk's vertices lie in one vector that is used again")]
 pub(crate) enum Site {
     Surface {

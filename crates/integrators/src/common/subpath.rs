@@ -87,7 +87,7 @@ impl Leaving {
 }
 
 /// Where a walk scattered, or ended.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Vertex {
     /// A surface or a point of a medium; its `wo` leads back along the walk.
     pub(crate) site: Site,

@@ -7,7 +7,7 @@ use spectrum::Spectrum;
 use crate::common::{Keeper, LightPath, Site, Tools, scatter_at};
 
 /// A virtual light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct VirtualLight {
     pub(super) si: SurfaceInteraction,
     pub(super) shading: Shading,
@@ -105,11 +105,15 @@ pub(super) struct VirtualLights(pub(super) Vec<VirtualLight>);
 impl Keeper for VirtualLights {
     fn keep(&mut self, path: &LightPath<'_>) {
         for v in &path.walk.vertices {
-            let Site::Surface { si, shading } = v.site else { continue };
+            let Site::Surface { si, shading } = &v.site else { continue };
+            if !is_matt(&shading.bsdf) {
+                continue;
+            }
             let is_terminated = path.wl.is_terminated();
             let depth = v.events.saturating_sub(1);
+            let (si, shading) = (*si, shading.clone());
             let light = VirtualLight { si, shading, power: v.throughput, depth, is_terminated };
-            if is_matt(&shading.bsdf) && light.intensity() > 0.0 {
+            if light.intensity() > 0.0 {
                 self.0.push(light);
             }
         }

@@ -3,6 +3,8 @@
 mod artist;
 mod inputs;
 
+use std::path::PathBuf;
+
 use rayon::prelude::*;
 use scatter::{Bsdf, CoatProfiles, ThinDielectric};
 use scene_desc::{
@@ -13,8 +15,9 @@ use spectrum::{ColorMode, Spectrum, Wavelengths};
 
 use super::bump::NormalMap;
 use super::look::{Look, PlasticLook};
+use super::measured::MeasuredLook;
 use super::parameters::{Base, Lookup, ProfileKey};
-use super::subsurface::{Interior, Under, effective_albedo, measured, names};
+use super::subsurface::{Interior, Under, effective_albedo, measured as measured_medium, names};
 use super::{Material, Materials, Relief, Surface};
 use crate::MaterialId;
 use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, TextureCompiler};
@@ -27,7 +30,8 @@ impl Materials {
         let black = MaterialId(u32::try_from(scene.materials.len()).unwrap_or(u32::MAX));
         let mixed = mixed(scene);
         let (profiles, dispersive, interiors) = (Vec::new(), Vec::new(), Vec::new());
-        let mut compiler = Compiler { textures, black, profiles, dispersive, mixed, interiors };
+        let measured = Vec::new();
+        let mut compiler = Compiler { textures, black, profiles, dispersive, mixed, interiors, measured };
         let mut list: Vec<Material> = scene.materials.iter().map(|m| compiler.material(m)).collect();
         list.push(Material::black());
         compiler.check_mixtures(scene, &mut list);
@@ -92,6 +96,8 @@ struct Compiler<'a, 'b> {
     mixed: Vec<bool>,
     /// What is under the surfaces of the materials so far.
     interiors: Vec<Option<Interior>>,
+    /// Tables of measured surfaces.
+    measured: Vec<(PathBuf, MeasuredLook)>,
 }
 
 impl Compiler<'_, '_> {
@@ -221,19 +227,11 @@ impl Compiler<'_, '_> {
             MaterialKind::Hair { color, eta, beta_m, beta_n, alpha } => {
                 self.hair(color, *eta, [beta_m, beta_n, alpha], span)
             }
-            MaterialKind::Measured { .. } => self.stand_in(&SpectrumDesc::Constant(0.5).into(), span),
+            MaterialKind::Measured { path } => self.measured(path, span),
             MaterialKind::Subsurface { profile, scale: _, g, eta, roughness } => {
                 self.subsurface(profile, *g, (*eta, roughness), span)
             }
         })
-    }
-
-    fn stand_in(&mut self, reflectance: &SpectrumInput, span: Span) -> Look {
-        self.textures
-            .sink()
-            .warning(span, "this material is not supported yet")
-            .hint("a diffuse surface stands in for it");
-        Look::Diffuse { reflectance: self.albedo(reflectance, span) }
     }
 
     fn coated_diffuse(&mut self, base: Base, coat: &CoatParts<'_>, span: Span) -> Look {
@@ -297,7 +295,7 @@ impl Compiler<'_, '_> {
                 Base::Subsurface { sigma_a: handle(sigma_a), sigma_s: handle(sigma_s), g }
             }
             SubsurfaceProfile::Named(name) => {
-                let albedo = measured(name).unwrap_or_else(|| {
+                let albedo = measured_medium(name).unwrap_or_else(|| {
                     let known: Vec<_> = names().collect();
                     self.textures
                         .sink()

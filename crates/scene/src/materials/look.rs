@@ -8,6 +8,7 @@ use scatter::{
 use spectrum::Spectrum;
 
 use super::artist::{HairLook, MetallicRoughnessLook, PrincipledLook};
+use super::measured::MeasuredLook;
 use super::parameters::{Alpha, Base, Eta, Layer, Lookup, Metal, Tints};
 use crate::textures::{FloatHandle, SpectrumHandle};
 
@@ -58,6 +59,7 @@ pub(super) enum Look {
     Principled(Box<PrincipledLook>),
     MetallicRoughness(Box<MetallicRoughnessLook>),
     Hair(Box<HairLook>),
+    Measured(MeasuredLook),
 }
 
 /// A boundary over Lambert's law.
@@ -124,6 +126,7 @@ impl Look {
             Self::Principled(principled) => principled.bsdf(at),
             Self::MetallicRoughness(gltf) => gltf.bsdf(at),
             Self::Hair(hair) => hair.bsdf(at),
+            Self::Measured(measured) => measured.bsdf(at.wl),
         }
     }
 
@@ -145,7 +148,8 @@ impl Look {
             | Self::Plastic(_)
             | Self::Principled(_)
             | Self::MetallicRoughness(_)
-            | Self::Hair(_) => None,
+            | Self::Hair(_)
+            | Self::Measured(_) => None,
         }
     }
 }

@@ -1,11 +1,15 @@
 //! From inputs of a description to handles: the parameters that kinds of material share.
 
+use std::path::Path;
+
 use scatter::microfacet::{Distribution, Masking};
 use scene_desc::{
     ConductorSpectrum, FloatInput, IndexOfRefraction, Roughness, Span, SpectrumDesc, SpectrumInput, Tint,
 };
 use spectrum::ColorMode;
 
+use super::super::look::Look;
+use super::super::measured::MeasuredLook;
 use super::super::metal::rgb_metal;
 use super::super::parameters::{Alpha, Eta, Layer, Metal, ProfileKey, Tints};
 use super::{CoatParts, Compiler};
@@ -106,6 +110,26 @@ impl Compiler<'_, '_> {
             n_samples: n_samples.max(1),
             profiles: None,
         })
+    }
+
+    /// A measured surface; a file is read once.
+    pub(super) fn measured(&mut self, path: &Path, span: Span) -> Look {
+        if let Some((_, known)) = self.measured.iter().find(|(p, _)| p == path) {
+            return Look::Measured(known.clone());
+        }
+        match MeasuredLook::read(path, self.textures.colors()) {
+            Ok(look) => {
+                self.measured.push((path.to_owned(), look.clone()));
+                Look::Measured(look)
+            }
+            Err(what) => {
+                self.textures
+                    .sink()
+                    .error(span, format!("measured surface {}: {what}", path.display()))
+                    .hint("it is a .bsdf file of the RGL data base, or one made alike");
+                Look::Diffuse { reflectance: SpectrumHandle::Constant(spectrum::SpectrumValue::ZERO) }
+            }
+        }
     }
 
     /// The index of a coat's tables.
