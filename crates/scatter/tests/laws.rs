@@ -98,7 +98,7 @@ fn measured(alpha: [f32; 2]) -> Measured {
     let parts = testkit::measured::tabulate(alpha, true, |wo, wi| {
         (metal.eval(wo, wi, TransportMode::Radiance) * wi.abs_cos_theta()).rgb()
     });
-    let table = parts.and_then(MeasuredTable::new).unwrap();
+    let table = parts.and_then(MeasuredTable::new).expect("its parts fit");
     Measured::new(Arc::new(table), [0.0, 1.0, 2.0, 0.5])
 }
 
