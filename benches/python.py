@@ -84,7 +84,7 @@ def rays(path: Path, rounds: int) -> dict[str, float]:
     bounce = tuple(np.ascontiguousarray(a[fields]) for a in points.spawn(wi))
     ratios: dict[str, list[float]] = {"camera": [], "bounce": []}
     for _ in range(rounds):
-        told = command("bench", path, "--time", "1s", "--json")
+        told = command("bench", path, "--time", "1s", "--rays", "--json")
         for kind, (origins, directions) in (("camera", camera), ("bounce", bounce)):
             took = min(seconds(lambda o=origins, d=directions: scene.intersect(o, d)) for _ in range(3))
             ratios[kind].append(len(origins) / took / rate(told, kind))

@@ -297,6 +297,9 @@ pub(crate) struct BenchArgs {
     /// Measure each figure for this long
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "2s")]
     pub(crate) time: Duration,
+    /// Measure rays only, not the integrators' paths
+    #[arg(long)]
+    pub(crate) rays: bool,
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,

@@ -70,10 +70,10 @@ pub(crate) fn run(args: &BenchArgs) -> Done {
     scene = scene.with_isa(best);
 
     // Paths, by each integrator.
-    if !args.json {
+    if !args.json && !args.rays {
         say(&format!("\n{:<20}{:>10}{:>10}", "integrator", "Mpaths/s", "Mrays/s"));
     }
-    for info in integrators::list() {
+    for info in integrators::list().iter().filter(|_| !args.rays) {
         let Some(paths) = paths(info.name, &scene, &workers, args)? else { continue };
         if !args.json {
             let (p, r) = (paths.paths_per_second * 1e-6, paths.mrays_per_second);
