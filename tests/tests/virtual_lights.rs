@@ -150,3 +150,42 @@ fn cuts_grow_sublinearly() {
     assert!(slope < 0.5, "slope {slope}: {cuts:?}");
     assert!(rays("256", "all") > rays("256", "lightcuts"));
 }
+
+/// A floor under a field of n small lamps of one total power: rays for a camera path do not grow with the number of lamps, and
+/// neither does the error, so that the cost of real lights is that of walking down their tree, k log n.
+#[test]
+fn real_lights_cost_the_same_rays_however_many_they_are() {
+    let lamps = |n: u32| {
+        let (side, half) = (n.isqrt(), 0.01);
+        let mut world = "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\nShape \"trianglemesh\" \"integer indices\" \
+                         [0 1 2 0 2 3] \"point3 P\" [-3 -3 0 3 -3 0 3 3 0 -3 3 0]\n"
+            .to_owned();
+        world += &format!("AreaLightSource \"diffuse\" \"rgb L\" [{0} {0} {0}]\n", 20_000.0 / f64::from(n));
+        for i in 0..n {
+            let [x, y] = [i % side, i / side].map(|k| (f64::from(k) + 0.5) / f64::from(side) * 4.0 - 2.0);
+            let (x0, x1, y0, y1) = (x - half, x + half, y - half, y + half);
+            world += &format!(
+                "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" \
+                 [{x0} {y0} 1 {x0} {y1} 1 {x1} {y1} 1 {x1} {y0} 1]\n"
+            );
+        }
+        world
+    };
+    let eye = Eye { window: 1.0, ..Eye::at([0.0, 0.0, 0.5], [0.0, 0.0, 0.0], 24) };
+    let settings = [("max_depth", "1"), ("light_paths", "1"), ("light_samples", "8")];
+    let way = Way { integrator: "many-light", settings: &settings };
+    let found: Vec<(f64, f64, f64)> = [16, 256, 4096]
+        .iter()
+        .map(|&n| {
+            let scene = eye.scene(&lamps(n));
+            let (job, counters) = way.render(&scene, 0..8, 1, 2);
+            let rays = counters.rays as f64 / counters.camera_paths as f64;
+            (f64::from(n), rays, job.film().develop().relmse_estimate())
+        })
+        .collect();
+    println!("lamps, rays for a camera path, relMSE: {found:?}");
+    let rays: Vec<(f64, f64)> = found.iter().map(|f| (f.0, f.1)).collect();
+    assert!(log_log_slope(&rays).abs() < 0.02, "{rays:?}");
+    // From some hundred on the picture is that of an even ceiling, and as hard.
+    assert!(found[2].2 < 1.5 * found[1].2, "{found:?}");
+}
