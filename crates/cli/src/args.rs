@@ -384,8 +384,7 @@ fn passes(s: &str) -> Result<Range<u32>, String> {
 
 /// `30s`, `2m`, `1.5h`, `200ms`; a bare number is in seconds.
 fn duration(s: &str) -> Result<Duration, String> {
-    let at = s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len());
-    let (number, unit) = s.split_at(at);
+    let (number, unit) = s.split_at(s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len()));
     let seconds = match unit {
         "ms" => Some(1e-3),
         "s" | "" => Some(1.0),
