@@ -231,6 +231,9 @@ class InfiniteConstantLight(Described):
     _: KW_ONLY
     illuminance: float | None = None
     """Illuminance of a horizontal surface instead of the scale."""
+    portal: Sequence[Any] | None = None
+    """Corners in order, in world space, of a rectangular window through which all of it comes; see
+    [`LightKind::InfiniteImage`]."""
     world_from_light: Matrix = _IDENTITY
     """Where it is and how it is turned."""
     medium: Any | None = None
@@ -253,7 +256,8 @@ class InfiniteImageLight(Described):
     illuminance: float | None = None
     """Illuminance of a horizontal surface instead of the scale."""
     portal: Sequence[Any] | None = None
-    """Corners of a window through which all of it comes, in world space (as in pbrt)."""
+    """Corners in order, in world space, of a rectangular window through which all of it comes (as in pbrt): from the
+    side to which `(p₃ − p₀) × (p₁ − p₀)` points. Elsewhere the sky is black."""
     world_from_light: Matrix = _IDENTITY
     """Where it is and how it is turned."""
     medium: Any | None = None
@@ -272,6 +276,25 @@ class GoniometricLight(Described):
     """Directions' factor."""
     power: float | None = None
     """Total power instead of intensity."""
+    world_from_light: Matrix = _IDENTITY
+    """Where it is and how it is turned."""
+    medium: Any | None = None
+    """The medium around it."""
+
+
+@dataclass(frozen=True)
+class IesLight(Described):
+    """A lamp as it was measured: a point light with the intensities of a photometric file (IES LM-63, photometry of
+    type C). Straight down is −y; horizontal angles run from +x towards +z."""
+
+    _type: ClassVar[str] = "ies"
+    path: str
+    """The file."""
+    _: KW_ONLY
+    intensity: Illuminant = 1.0
+    """Factor on the file's candela."""
+    power: float | None = None
+    """Total power instead of what the file says."""
     world_from_light: Matrix = _IDENTITY
     """Where it is and how it is turned."""
     medium: Any | None = None
@@ -1520,6 +1543,7 @@ CLASSES: dict[tuple[str, str], type[Described]] = {
     ("LightDesc", "infinite_constant"): InfiniteConstantLight,
     ("LightDesc", "infinite_image"): InfiniteImageLight,
     ("LightDesc", "goniometric"): GoniometricLight,
+    ("LightDesc", "ies"): IesLight,
     ("LightDesc", "projection"): ProjectionLight,
     ("MaterialDesc", "diffuse"): DiffuseMaterial,
     ("MaterialDesc", "diffuse_transmission"): DiffuseTransmissionMaterial,
@@ -1607,6 +1631,7 @@ __all__ = [
     "GridMedium",
     "HairMaterial",
     "HomogeneousMedium",
+    "IesLight",
     "ImageFile",
     "ImageMapTexture",
     "InfiniteConstantLight",

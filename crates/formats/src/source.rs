@@ -80,7 +80,12 @@ pub(crate) fn hash(path: &Path) -> Result<u64, SourceError> {
     if !fs::metadata(path)?.is_file() {
         return Err(SourceError::NotAFile);
     }
-    Ok(xxh3_64(&fs::read(path)?))
+    Ok(hash_of(&fs::read(path)?))
+}
+
+/// The hash of bytes.
+pub(crate) fn hash_of(bytes: &[u8]) -> u64 {
+    xxh3_64(bytes)
 }
 
 /// One hash of many, in order.

@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::Folder;
-use scene_desc::{Geometry, MaterialKind, SceneDesc, ShapeDesc, Sink};
+use scene_desc::{Geometry, LightKind, MaterialKind, SceneDesc, ShapeDesc, Sink};
 
 fn load(path: &Path) -> SceneDesc {
     let mut sink = Sink::default();
@@ -155,4 +155,17 @@ fn a_measured_surface_goes_with_its_scene() {
     let without = Folder::new().with("a.pbrt", text);
     assert!(steradian_formats::load(&without.path("a.pbrt"), &mut sink).is_none());
     assert!(sink.render().contains("gold.bsdf cannot be read"), "{}", sink.render());
+}
+
+#[test]
+fn a_lamps_file_goes_with_it() {
+    let scene = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/lamps.pbrt"));
+    let folder = Folder::new();
+    let (back, messages) = round(&scene, &folder);
+    assert!(messages.contains("pbrt-v4 has no lamp with a photometric file"), "{messages}");
+    let lamp = |s: &SceneDesc| {
+        let LightKind::Ies { path, intensity, power } = &s.lights[0].kind else { panic!("{:?}", s.lights) };
+        (std::fs::read(path).unwrap(), grey(&format!("{intensity:?} {power:?}")))
+    };
+    assert_eq!(lamp(&scene), lamp(&back));
 }

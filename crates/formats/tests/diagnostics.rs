@@ -416,7 +416,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
          Texture \"p\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
          MakeNamedMedium \"smoke\" \"string type\" \"nanovdb\" \"string filename\" \"a.nvdb\"\n\
          Shape \"sphere\" \"bool alpha\" [ \"true\" ]\n\
-         LightSource \"infinite\" \"point3 portal\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ]\n\
          AreaLightSource \"diffuse\"\n\
          Material \"interface\"\nShape \"sphere\"\n\
          ObjectBegin \"o\" Material \"diffuse\" Shape \"sphere\" ObjectEnd\n\
@@ -435,15 +434,13 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: a constant 0.5 stands in for it
     a.pbrt:9:1: warning: medium "smoke" of type "nanovdb" is not supported
       hint: it is treated as empty space; a "uniformgrid" can hold the same values
-    a.pbrt:10:24: warning: a portal for light without an image is not supported
-      hint: the light comes from everywhere, not only through the portal
-    a.pbrt:13:1: warning: a shape of material "interface" cannot emit
+    a.pbrt:12:1: warning: a shape of material "interface" cannot emit
       hint: its area light is ignored
-    a.pbrt:14:36: warning: a shape in an object cannot emit
+    a.pbrt:13:36: warning: a shape in an object cannot emit
       hint: its area light is ignored
-    a.pbrt:16:1: warning: a shape of material "interface" cannot emit
+    a.pbrt:15:1: warning: a shape of material "interface" cannot emit
       hint: its area light is ignored
-    a.pbrt:17:1: warning: a light cannot move
+    a.pbrt:16:1: warning: a light cannot move
       hint: its transform at the start time is used, as in pbrt
     "#);
 }

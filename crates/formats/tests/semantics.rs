@@ -335,6 +335,25 @@ fn lights_are_read_with_their_sizes() {
 }
 
 #[test]
+fn a_goniometric_lights_file_may_be_a_photometric_one() {
+    let text = "WorldBegin\nLightSource \"goniometric\" \"string filename\" \"a.IES\" \"float scale\" 2 \"float power\" 50";
+    let folder = Folder::new().with("a.IES", "TILT=NONE").with("a.pbrt", text);
+    let (scene, messages) = folder.load("a.pbrt");
+    assert_eq!(messages, "");
+    let scene = scene.unwrap();
+    assert!(matches!(&scene.lights[0].kind, LightKind::Ies { path, intensity, power: Some(50.0) }
+        if path.ends_with("a.IES") && intensity.scale == 2.0));
+    // What is in the file is part of what the scene is.
+    let other = folder.with("a.IES", "TILT=NONE 1").load("a.pbrt").0.unwrap();
+    assert_ne!(scene.content_hash, other.content_hash);
+    let (none, messages) = Folder::new().with("a.pbrt", text).load("a.pbrt");
+    assert!(
+        none.is_none() && messages.contains("a.pbrt:2:") && messages.contains("cannot be read"),
+        "{messages}"
+    );
+}
+
+#[test]
 fn media_have_names_on_both_sides() {
     let (scene, messages) = load(
         "WorldBegin\nMakeNamedMedium \"milk\" \"string type\" \"homogeneous\" \"string preset\" \"Wholemilk\" \"float g\" 0.5\n\

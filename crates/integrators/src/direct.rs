@@ -7,7 +7,7 @@
 //! With `shared`, the random numbers of light samples are the same in every pixel of a pass: the image is smooth and
 //! its error correlated.
 
-use math::Dir;
+use math::{Dir, Point};
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Density, LobeFlags, TransportMode};
 use scene::{LightContext, Scene, SurfaceInteraction};
@@ -100,8 +100,9 @@ impl CameraEstimator for Direct {
         sampler: &mut Sampler,
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
+        let eye = path.ray.origin;
         let Some((si, mut radiance)) = self.first_surface(scene, path, out.counters) else {
-            return self.emitters_behind(scene, path);
+            return self.emitters_behind(scene, eye, path);
         };
         let Some(shading) = scene.shade(&si, &mut path.wl) else { return radiance };
         if self.max_depth == 0 {
@@ -142,8 +143,8 @@ impl Direct {
         }
     }
 
-    fn emitters_behind(&self, scene: &Scene, path: &CameraPath) -> Spectrum {
-        let le = |l: &_| scene.lights.infinite_emitted(*l, path.ray.dir, &path.wl);
+    fn emitters_behind(&self, scene: &Scene, eye: Point, path: &CameraPath) -> Spectrum {
+        let le = |l: &_| scene.lights.infinite_emitted(*l, eye, path.ray.dir, &path.wl);
         scene.lights.infinite().iter().map(le).sum()
     }
 
@@ -226,7 +227,7 @@ impl Direct {
             ray = si.spawn_ray(w);
         }
         for &light in scene.lights.infinite() {
-            let le = scene.lights.infinite_emitted(light, w, wl);
+            let le = scene.lights.infinite_emitted(light, from.p, w, wl);
             found += le * self.weight(pdf, || infinite_light_pdf(scene, &from, light, w));
         }
         found

@@ -192,6 +192,7 @@ impl<S: Shortcut> Path<S> {
         walk.previous.rival = Some((point.light_context(), s.pdf));
         walk.shortcut_from = None;
         walk.ray = point.spawn_ray(s.wi);
+        walk.from = walk.ray.origin;
         let depth = Roulette::depth_in_medium(walk.steps);
         let paid = self.roulette.survive(depth, walk.carried, walk.eta_scale, walk.sampler);
         if walk.pay(paid) { Event::Scattered } else { Event::End }
@@ -284,6 +285,7 @@ impl<S: Shortcut> Path<S> {
         let dir = shading.frame.to_world(s.wi);
         walk.medium = walk.scene.medium_after(si, dir, walk.medium);
         walk.ray = si.spawn_ray(dir);
+        walk.from = walk.ray.origin;
         // A guided walk is asked where it arrives.
         guide.is_some() || self.survives(walk)
     }
@@ -350,7 +352,7 @@ impl<S: Shortcut> Path<S> {
         let lights = scene.lights.infinite().iter();
         lights
             .map(|&light| {
-                let le = scene.lights.infinite_emitted(light, dir, walk.wl);
+                let le = scene.lights.infinite_emitted(light, walk.from, dir, walk.wl);
                 le * self.weight(&walk.previous, |from| infinite_light_pdf(scene, from, light, dir))
             })
             .sum()

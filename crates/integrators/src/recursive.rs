@@ -120,10 +120,11 @@ impl Recursive {
         wl: &mut Wavelengths,
     ) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
+        let from = ray.origin;
         loop {
             walk.counters.rays += 1;
             let Some(hit) = walk.scene.intersect(&ray) else {
-                let sky = |l: &_| walk.scene.lights.infinite_emitted(*l, ray.dir, wl);
+                let sky = |l: &_| walk.scene.lights.infinite_emitted(*l, from, ray.dir, wl);
                 let seen: Spectrum = walk.scene.lights.infinite().iter().map(sky).sum();
                 return if a.sees_emitters { radiance + seen } else { radiance };
             };

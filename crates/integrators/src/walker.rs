@@ -1,6 +1,6 @@
 //! A walk of path tracing on its way: where it is and what it has found.
 
-use math::Ray;
+use math::{Point, Ray};
 use sampling::{Pdf, Sampler, SolidAngle};
 use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
 use spectrum::{Spectrum, Wavelengths};
@@ -17,6 +17,8 @@ pub(crate) struct Walker<'a> {
     pub(crate) counters: &'a mut Counters,
     /// Where it goes next.
     pub(crate) ray: Ray,
+    /// Where it last scattered, or its eye: borders of media do not count.
+    pub(crate) from: Point,
     /// What the ray starts in.
     pub(crate) medium: Option<MediumId>,
     /// Scattering events so far.
@@ -58,6 +60,7 @@ impl<'a> Walker<'a> {
             sampler,
             counters,
             ray,
+            from: ray.origin,
             medium: scene.camera_medium(),
             depth: 0,
             steps: 0,

@@ -10,7 +10,7 @@ use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
 /// Tests in the family: 15 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 17 * 15 * 9 * 3;
+const FAMILY: usize = 18 * 15 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -89,6 +89,11 @@ fn on_a_sky_and_a_sun() {
 #[test]
 fn on_an_image_of_a_sky() {
     all_agree("sky-image", false, &methods());
+}
+
+#[test]
+fn on_a_sky_through_a_portal() {
+    all_agree("portal", false, &methods());
 }
 
 #[test]

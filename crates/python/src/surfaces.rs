@@ -63,9 +63,11 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyAny>> {
         let opened = self.compiled(py, &Options::default(), None)?;
         let directions = rows::<3>("directions", &directions)?;
+        // Portals: as seen from the middle of the scene.
+        let from = opened.scene.lights.world_sphere().0;
         let light = |w: &[f32; 3]| {
             let w = Dir::normalize(Vec3::from_array(*w));
-            opened.scene.lights.background(w, &Wavelengths::RGB).rgb()
+            opened.scene.lights.background(from, w, &Wavelengths::RGB).rgb()
         };
         let all = py.detach(|| directions.iter().map(light).collect());
         Ok(arrays::rows(py, all)?.into_any())

@@ -31,6 +31,7 @@ pub fn bench_scene() -> SceneDesc {
         kind: LightKind::InfiniteConstant {
             radiance: Illuminant { spectrum: SpectrumDesc::Constant(1.0), scale: 1.0, normalize: false },
             illuminance: None,
+            portal: None,
         },
         world_from_light: AnimatedTransform::fixed(Transform::IDENTITY),
         medium: None,

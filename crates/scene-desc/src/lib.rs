@@ -115,6 +115,10 @@ impl SceneDesc {
         let measured = self.materials.iter_mut().filter_map(|m| {
             if let MaterialKind::Measured { path } = &mut m.kind { Some(path) } else { None }
         });
-        images.chain(measured).collect()
+        let lamps = self
+            .lights
+            .iter_mut()
+            .filter_map(|l| if let LightKind::Ies { path, .. } = &mut l.kind { Some(path) } else { None });
+        images.chain(measured).chain(lamps).collect()
     }
 }

@@ -88,6 +88,10 @@ pub enum LightKind {
         radiance: Illuminant,
         /// Illuminance of a horizontal surface instead of the scale.
         illuminance: Option<f32>,
+        /// Corners in order, in world space, of a rectangular window through which all of it comes; see
+        /// [`LightKind::InfiniteImage`].
+        #[schemars(with = "Option<[[f32; 3]; 4]>")]
+        portal: Option<[Vec3; 4]>,
     },
     /// From everywhere, by an image.
     InfiniteImage {
@@ -100,7 +104,8 @@ pub enum LightKind {
         scale: f32,
         /// Illuminance of a horizontal surface instead of the scale.
         illuminance: Option<f32>,
-        /// Corners of a window through which all of it comes, in world space (as in pbrt).
+        /// Corners in order, in world space, of a rectangular window through which all of it comes (as in pbrt): from the
+        /// side to which `(p₃ − p₀) × (p₁ − p₀)` points. Elsewhere the sky is black.
         #[schemars(with = "Option<[[f32; 3]; 4]>")]
         portal: Option<[Vec3; 4]>,
     },
@@ -111,6 +116,16 @@ pub enum LightKind {
         /// Directions' factor.
         image: Option<ImageId>,
         /// Total power instead of intensity.
+        power: Option<f32>,
+    },
+    /// A lamp as it was measured: a point light with the intensities of a photometric file (IES LM-63, photometry of
+    /// type C). Straight down is −y; horizontal angles run from +x towards +z.
+    Ies {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Factor on the file's candela.
+        intensity: Illuminant,
+        /// Total power instead of what the file says.
         power: Option<f32>,
     },
     /// A slide projector.

@@ -219,7 +219,7 @@ fn lights() -> Vec<LightKind> {
             power: None,
         },
         LightKind::Distant { radiance: white(1.0), from: origin, to: ahead, illuminance: None },
-        LightKind::InfiniteConstant { radiance: white(1.0), illuminance: None },
+        LightKind::InfiniteConstant { radiance: white(1.0), illuminance: None, portal: None },
         LightKind::InfiniteImage {
             image: ImageId(0),
             mapping: SphericalMapping::default(),
@@ -228,6 +228,7 @@ fn lights() -> Vec<LightKind> {
             portal: None,
         },
         LightKind::Goniometric { intensity: white(1.0), image: None, power: None },
+        LightKind::Ies { path: std::path::PathBuf::new(), intensity: white(1.0), power: None },
         LightKind::Projection {
             image: ImageId(0),
             fov: 90.0,

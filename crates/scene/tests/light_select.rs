@@ -33,7 +33,7 @@ fn lights(n: u64, sky: bool) -> Lights {
         builder.add_light(&LightDesc { kind, world_from_light, medium: None, span: Span::NONE }, &mut sink);
     };
     if sky {
-        add(LightKind::InfiniteConstant { radiance: white(0.1), illuminance: None });
+        add(LightKind::InfiniteConstant { radiance: white(0.1), illuminance: None, portal: None });
         let (from, to) = (Vec3::new(0.2, 0.3, 1.0), Vec3::ZERO);
         add(LightKind::Distant { radiance: white(2.0), from, to, illuminance: None });
     }

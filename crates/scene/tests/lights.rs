@@ -84,6 +84,7 @@ fn uneven() -> Transform {
 }
 
 /// All lights that are no surfaces.
+#[allow(clippy::too_many_lines, reason = "a list")]
 fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
     let (from, to) = (Vec3::new(0.3, 0.2, 0.4), Vec3::new(-0.2, 0.1, -0.9));
     let image = |mapping| LightKind::InfiniteImage {
@@ -115,9 +116,14 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
         |throw| LightKind::Projection { image: ImageId(1), fov: 50.0, scale: 2.0, power: None, throw };
     let goniometric =
         || LightKind::Goniometric { intensity: white(2.0), image: Some(ImageId(0)), power: None };
+    let lamp = |name: &str| LightKind::Ies {
+        path: format!("{}/../../scenes/lamps/{name}.ies", env!("CARGO_MANIFEST_DIR")).into(),
+        intensity: white(0.01),
+        power: None,
+    };
     let projection = || thrown(Throw::Intensity);
     let cone = Throw::Cone { cone_angle: 35.0, cone_delta: 10.0 };
-    let constant = LightKind::InfiniteConstant { radiance: white(0.4), illuminance: None };
+    let constant = LightKind::InfiniteConstant { radiance: white(0.4), illuminance: None, portal: None };
     let light = only_light;
     vec![
         ("point", light(LightKind::Point { intensity: white(2.0), from, power: None }, turned())),
@@ -126,6 +132,9 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
         ("linear spot", light(linear_spot, turned())),
         ("goniometric", light(goniometric(), turned())),
         ("goniometric, uneven scale", light(goniometric(), uneven())),
+        ("downlight", light(lamp("downlight"), turned())),
+        ("wall washer", light(lamp("wall-washer"), turned())),
+        ("wall washer, uneven scale", light(lamp("wall-washer"), uneven())),
         ("projection", light(projection(), aimed())),
         ("even projection with image", light(thrown(Throw::Irradiance { axis: FovAxis::Y }), aimed())),
         ("spot with image", light(thrown(cone), aimed())),
@@ -133,6 +142,8 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
             "projection, uneven scale",
             light(projection(), aimed() * Transform::scale(DVec3::new(1.3, -0.6, 0.9)).unwrap()),
         ),
+        ("even sky through a portal", light(through_portal(None), turned())),
+        ("portal with image", light(through_portal(Some(ImageId(0))), turned())),
         (
             "distant",
             light(LightKind::Distant { radiance: white(1.5), from, to, illuminance: None }, turned()),
@@ -143,6 +154,20 @@ fn far_and_point_lights() -> Vec<(&'static str, Lights)> {
         ("longitude and latitude", light(image(SphericalMapping::EquiRectangular), turned())),
         ("rows on poles, with image", light(image(SphericalMapping::EquiRectangularPoles), turned())),
     ]
+}
+
+/// A window above everything, a little tilted: its first corner, and its sides.
+const PORTAL: [Vec3; 3] =
+    [Vec3::new(-0.6, -0.3, 1.4), Vec3::new(1.1, 0.11, 0.22), Vec3::new(0.0, 0.9, -0.45)];
+
+fn through_portal(image: Option<ImageId>) -> LightKind {
+    let [p, s, t] = PORTAL;
+    let portal = Some([p, p + t, p + t + s, p + s]);
+    let (mapping, scale, illuminance) = (SphericalMapping::EqualArea, 0.7, None);
+    match image {
+        Some(image) => LightKind::InfiniteImage { image, mapping, scale, illuminance, portal },
+        None => LightKind::InfiniteConstant { radiance: white(0.4), illuminance, portal },
+    }
 }
 
 const CORNERS: [Vec3; 4] = [
@@ -242,7 +267,7 @@ fn a_samples_density_is_the_density_of_its_direction() {
             }
             // What is sampled is what a ray would find.
             let seen = if s.is_infinite && !lights.is_delta(FIRST) {
-                lights.infinite_emitted(FIRST, s.wi, &L)
+                lights.infinite_emitted(FIRST, context.p, s.wi, &L)
             } else {
                 lights.emitted(FIRST, s.n, s.uv, -s.wi, &L)
             };
@@ -545,7 +570,7 @@ fn samples_of_a_sphere_fill_its_cone_evenly() {
 
 #[test]
 fn directions_of_infinite_lights_follow_their_density() {
-    for (name, lights) in far_and_point_lights().into_iter().skip(11) {
+    for (name, lights) in far_and_point_lights().into_iter().skip(16) {
         let context = at(Point::default());
         let settings = Chi2Settings { cells: [8, 16], ..Chi2Settings::default() };
         // Images have a dark row: its directions must have no density.
@@ -562,6 +587,59 @@ fn directions_of_infinite_lights_follow_their_density() {
         )
         .unwrap_or_else(|e| panic!("{name}: {e}"));
     }
+}
+
+/// Where the line from a point meets the window: near it, far from it, and almost in its plane.
+#[test]
+fn samples_through_a_portal_follow_their_density() {
+    let [corner, s, t] = PORTAL;
+    let normal = Dir::normalize(s.cross(t));
+    let area = f64::from(s.length() * t.length());
+    for (image, from) in [
+        (Some(ImageId(0)), Point::new(0.1, 0.2, -1.0)),
+        (Some(ImageId(0)), Point::new(-0.2, 0.0, 0.8)),
+        (Some(ImageId(1)), Point::new(1.4, 0.5, 0.3)),
+        (None, Point::new(-1.9, -1.0, 0.4)),
+    ] {
+        let lights = only_light(through_portal(image), turned());
+        let context = at(from);
+        let settings = Chi2Settings { cells: [12, 12], ..Chi2Settings::default() };
+        let sample = |u| {
+            let wi = lights.sample(FIRST, &context, u, &L)?.wi;
+            let d = from + wi.0 * ((Point(corner) - from).dot(normal.0) / wi.dot(normal)) - Point(corner);
+            Some([d.dot(s) / s.length_squared(), d.dot(t) / t.length_squared()].map(f64::from))
+        };
+        let pdf = |x: f64, y: f64| {
+            let d = corner + s * x as f32 + t * y as f32 - from.0;
+            let wi = Dir::normalize(d);
+            let pdf = lights.pdf(FIRST, &context, from, wi, wi).value();
+            f64::from(pdf * wi.dot(normal) / d.length_squared()) * area
+        };
+        chi2_rectangle([[0.0, 1.0]; 2], &settings, sample, pdf).unwrap_or_else(|e| panic!("{from:?}: {e}"));
+    }
+}
+
+/// Beside the window, and from behind it, the sky is black; and what is no rectangle is refused.
+#[test]
+fn a_portal_is_all_there_is_of_its_sky() {
+    let lights = only_light(through_portal(None), turned());
+    let [corner, s, t] = PORTAL;
+    let (from, beyond) = (Point::new(0.1, 0.2, -1.0), Point::new(0.0, 0.0, 3.0));
+    let towards = |from: Point, x: f32, y: f32| {
+        let w = Dir::normalize(corner + s * x + t * y - from.0);
+        lights.background(from, w, &L).rgb()[0]
+    };
+    assert!((towards(from, 0.01, 0.99) - 0.4).abs() < 1e-6 && (towards(from, 0.5, 0.5) - 0.4).abs() < 1e-6);
+    assert_eq!([towards(from, -0.01, 0.5), towards(from, 0.5, 1.01), towards(beyond, 0.5, 0.5)], [0.0; 3]);
+    assert!(lights.sample(FIRST, &at(beyond), [0.5; 2], &L).is_none());
+
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.2, 0.0), Vec3::Y];
+    let kind = LightKind::InfiniteConstant { radiance: white(1.0), illuminance: None, portal: Some(corners) };
+    let mut sink = Sink::default();
+    let world_from_light = AnimatedTransform::fixed(Transform::IDENTITY);
+    let desc = LightDesc { kind, world_from_light, medium: None, span: Span::NONE };
+    LightsBuilder::new(RGB, &picture).add_light(&desc, &mut sink);
+    assert!(sink.has_errors() && sink.render().contains("no rectangle in order"), "{}", sink.render());
 }
 
 #[test]
@@ -715,11 +793,11 @@ fn irradiances_are_those_of_closed_forms() {
 #[test]
 fn an_even_sky_gives_pi_and_distant_light_its_irradiance() {
     let all = far_and_point_lights();
-    let t = irradiance(&all[11].1);
+    let t = irradiance(&all[16].1);
     t_test(&t, 0.4 * std::f64::consts::PI).assert_consistent(1e-6, "sky");
     // From (0.3, 0.2, 0.4) to (−0.2, 0.1, −0.9), turned: 1.5 times the cosine.
     let to_light = turned().dir(Dir::normalize(Vec3::new(0.5, 0.1, 1.3)));
-    let m = irradiance(&all[10].1);
+    let m = irradiance(&all[15].1);
     let expected = f64::from(1.5 * to_light.0.z.max(0.0));
     assert!((m.mean() - expected).abs() < 1e-5, "{} {expected}", m.mean());
 }
@@ -744,8 +822,15 @@ fn stated_powers_and_illuminances_are_kept() {
     near(luminance(&only_light(spot, turned())), 7.0, "spot");
     let gonio = LightKind::Goniometric { intensity: white(1.0), image: Some(ImageId(0)), power: Some(7.0) };
     near(luminance(&only_light(gonio, turned())), 7.0, "goniometric");
-    let sky = LightKind::InfiniteConstant { radiance: white(1.0), illuminance: Some(5.0) };
-    near(only_light(sky, turned()).infinite_emitted(FIRST, Dir::Z, &L).rgb()[1], 5.0 / PI, "sky");
+    let path = format!("{}/../../scenes/lamps/wall-washer.ies", env!("CARGO_MANIFEST_DIR")).into();
+    let lamp = LightKind::Ies { path, intensity: white(1.0), power: Some(7.0) };
+    near(luminance(&only_light(lamp, turned())), 7.0, "lamp");
+    let sky = LightKind::InfiniteConstant { radiance: white(1.0), illuminance: Some(5.0), portal: None };
+    near(
+        only_light(sky, turned()).infinite_emitted(FIRST, Point::default(), Dir::Z, &L).rgb()[1],
+        5.0 / PI,
+        "sky",
+    );
     let sun = LightKind::Distant { radiance: white(1.0), from, to, illuminance: Some(5.0) };
     let s = only_light(sun, turned()).sample(FIRST, &at(Point::default()), [0.5; 2], &L).unwrap();
     near(s.li.rgb()[1], 5.0, "sun");
@@ -775,6 +860,32 @@ fn stated_powers_and_illuminances_are_kept() {
     }));
     // The description's scale still counts, as in pbrt.
     assert!((m.mean() / 63.0 - 1.0).abs() < 5e-3, "{}", m.mean());
+}
+
+/// Straight down is −y, the first horizontal angle +x: a lamp's candela, and its 1 / r².
+#[test]
+fn a_lamp_shines_as_its_file_says() {
+    let folder = format!("{}/../../scenes/lamps", env!("CARGO_MANIFEST_DIR"));
+    let path = |name: &str| format!("{folder}/{name}.ies").into();
+    let lamp = |name| LightKind::Ies { path: path(name), intensity: white(1.0), power: None };
+    let seen = |lights: &Lights, p: [f32; 3]| {
+        let s = lights.sample(FIRST, &at(Point(Vec3::from_array(p))), [0.5; 2], &L);
+        s.map_or(0.0, |s| s.li.rgb()[1])
+    };
+    let down = only_light(lamp("downlight"), Transform::IDENTITY);
+    assert!((seen(&down, [0.0, -2.0, 0.0]) - 960.0 / 4.0).abs() < 1e-3);
+    assert_eq!(seen(&down, [0.0, 2.0, 0.0]), 0.0);
+    let wash = only_light(lamp("wall-washer"), Transform::IDENTITY);
+    assert!(seen(&wash, [1.0, -0.5, 0.0]) > 10.0 * seen(&wash, [-1.0, -0.5, 0.0]));
+    assert!((seen(&wash, [0.5, -0.5, 0.8]) / seen(&wash, [0.5, -0.5, -0.8]) - 1.0).abs() < 1e-5);
+
+    // A file that is none is an error that says where.
+    let mut sink = Sink::default();
+    let mut builder = LightsBuilder::new(RGB, &picture);
+    let kind = LightKind::Ies { path: path("../first-light"), intensity: white(1.0), power: None };
+    let world_from_light = AnimatedTransform::fixed(Transform::IDENTITY);
+    builder.add_light(&LightDesc { kind, world_from_light, medium: None, span: Span::NONE }, &mut sink);
+    assert!(sink.has_errors() && sink.render().contains("first-light.ies"), "{}", sink.render());
 }
 
 #[test]

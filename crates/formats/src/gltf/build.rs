@@ -335,7 +335,7 @@ impl Build<'_, '_, '_> {
     /// An even sky, and a key light from above, left of where models look to.
     fn default_lights(&mut self) {
         let white = |scale| Illuminant { spectrum: SpectrumDesc::srgb([1.0; 3]), scale, normalize: false };
-        self.add_light(LightKind::InfiniteConstant { radiance: white(0.6), illuminance: None });
+        self.add_light(LightKind::InfiniteConstant { radiance: white(0.6), illuminance: None, portal: None });
         let (from, to) = (Vec3::new(-0.5, 1.0, 0.8), Vec3::ZERO);
         self.add_light(LightKind::Distant { radiance: white(1.8), from, to, illuminance: None });
     }

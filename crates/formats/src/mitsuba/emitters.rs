@@ -103,7 +103,10 @@ impl<'t> Build<'t, '_, '_> {
         let made = match node.kind.as_str() {
             "constant" => {
                 let radiance = self.plain_emission(node, "radiance", 1.0);
-                Some((LightKind::InfiniteConstant { radiance, illuminance: None }, Transform::IDENTITY))
+                Some((
+                    LightKind::InfiniteConstant { radiance, illuminance: None, portal: None },
+                    Transform::IDENTITY,
+                ))
             }
             "envmap" => self.envmap(node),
             "sky" | "sun" | "sunsky" => self.sun_and_sky(node),

@@ -1,12 +1,14 @@
 //! `LightSource` and `AreaLightSource`.
 
 use math::Vec3;
-use scene_desc::{AreaLightDesc, ImageEncoding, LightDesc, LightKind, SphericalMapping, SpotFalloff, Throw};
+use scene_desc::{
+    AreaLightDesc, ImageEncoding, LightDesc, LightKind, Span, SphericalMapping, SpotFalloff, Throw,
+};
 
 use super::build::Build;
 use super::params::{Params, Type};
 use super::state::{Entity, PlacedEntity};
-use crate::suggest;
+use crate::{source, suggest};
 
 const NAMES: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projection", "spot"];
 
@@ -36,6 +38,9 @@ impl Build<'_, '_> {
                 LightKind::Distant { radiance, from, to, illuminance: self.positive(p, "illuminance") }
             }
             "goniometric" => {
+                if let Some((name, span)) = p.string_opt("filename", self.report).filter(|(f, _)| is_ies(f)) {
+                    return self.ies(p, &name, span);
+                }
                 if p.span_of("filename").is_none() {
                     self.report
                         .warning(entity.span, "light \"goniometric\" has no \"filename\"")
@@ -54,6 +59,19 @@ impl Build<'_, '_> {
                 return self.refuse(entity.span, message, suggest::hint(name, &NAMES));
             }
         })
+    }
+
+    /// An extension of ours: a photometric file where pbrt takes an image.
+    fn ies(&mut self, p: &Params, name: &str, span: Span) -> Option<LightKind> {
+        let path = self.resolve(name);
+        match source::hash(&path) {
+            Ok(hash) => self.hashes.push(hash),
+            Err(e) => {
+                let message = format!("lamp {} cannot be read: {e}", path.display());
+                return self.refuse(span, message, e.hint());
+            }
+        }
+        Some(LightKind::Ies { path, intensity: self.illuminant(p, "I"), power: self.positive(p, "power") })
     }
 
     /// A value that counts only above 0, as pbrt has it.
@@ -125,23 +143,18 @@ impl Build<'_, '_> {
         }
         let illuminance = self.positive(p, "illuminance");
         let corners = p.vec3s("portal", Type::Point3);
-        let at = p.span_of("portal").unwrap_or(entity.span);
         let portal = if corners.is_empty() {
             None
         } else if let Ok(four) = <[Vec3; 4]>::try_from(corners.as_slice()) {
             Some(four)
         } else {
+            let at = p.span_of("portal").unwrap_or(entity.span);
             return self.refuse(at, format!("\"portal\" has {} corners", corners.len()), "it takes four");
         };
         let has_color = p.span_of("L").is_some();
         if p.string_opt("filename", self.report).is_none_or(|f| f.0.is_empty()) {
-            if portal.is_some() {
-                self.report
-                    .warning(at, "a portal for light without an image is not supported")
-                    .hint("the light comes from everywhere, not only through the portal");
-            }
             let radiance = self.illuminant(p, "L");
-            return Some(LightKind::InfiniteConstant { radiance, illuminance });
+            return Some(LightKind::InfiniteConstant { radiance, illuminance, portal });
         }
         if has_color {
             let at = p.span_of("L").unwrap_or(entity.span);
@@ -197,4 +210,9 @@ impl Build<'_, '_> {
         p.report_unused("area light \"diffuse\"", self.report);
         Some(AreaLightDesc { radiance, image, two_sided, power, span: entity.span })
     }
+}
+
+/// Is a goniometric light's file a photometric one?
+pub(super) fn is_ies(name: &str) -> bool {
+    std::path::Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("ies"))
 }

@@ -162,7 +162,9 @@ fn upgrade_light(light: &mut Entity, report: &mut Report<'_>) {
     if light.kind == "exinfinite" {
         light.kind = "infinite".into();
     }
-    if light.kind == "goniometric" && light.params.remove("filename").is_some() {
+    let is_lamp =
+        light.params.peek("filename").is_some_and(|f| f.strings().iter().any(|f| super::lights::is_ies(f)));
+    if light.kind == "goniometric" && !is_lamp && light.params.remove("filename").is_some() {
         report
             .warning(light.span, "the map of a goniometric light of pbrt-v3 is not supported")
             .hint("it shines alike in all directions: `imgtool` of pbrt-v4 converts the map");

@@ -4,6 +4,7 @@ use scene_desc::{LightDesc, LightKind, SphericalMapping, SpotFalloff, Throw};
 
 use super::params::Params;
 use super::{WriteError, Writer};
+use crate::source;
 
 impl Writer<'_, '_, '_> {
     pub(super) fn lights(&mut self) -> Result<(), WriteError> {
@@ -59,9 +60,12 @@ impl Writer<'_, '_, '_> {
                 optional(p, "illuminance", *illuminance);
                 "distant"
             }
-            LightKind::InfiniteConstant { radiance, illuminance } => {
+            LightKind::InfiniteConstant { radiance, illuminance, portal } => {
                 self.illuminant(p, "L", radiance, span);
                 optional(p, "illuminance", *illuminance);
+                if let Some(corners) = portal {
+                    p.vec3s("point3", "portal", corners);
+                }
                 "infinite"
             }
             LightKind::InfiniteImage { image, mapping, scale, illuminance, portal } => {
@@ -86,6 +90,22 @@ impl Writer<'_, '_, '_> {
                     p.string("filename", &name);
                 }
                 optional(p, "power", *power);
+                "goniometric"
+            }
+            LightKind::Ies { path, intensity, power } => {
+                self.illuminant(p, "I", intensity, span);
+                let bytes =
+                    std::fs::read(path).map_err(|source| WriteError::Io { path: path.clone(), source })?;
+                let own = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+                // Lamps of different folders may have one name.
+                let name = self.file(&format!("{:08x}-{own}", source::hash_of(&bytes) as u32), &bytes)?;
+                p.string("filename", &name);
+                optional(p, "power", *power);
+                self.otherwise(
+                    span,
+                    "lamp with a photometric file",
+                    "Steradian reads it back; pbrt-v4 has no such light",
+                );
                 "goniometric"
             }
             LightKind::Projection { image, fov, throw, scale, power } => {

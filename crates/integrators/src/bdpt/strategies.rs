@@ -140,9 +140,11 @@ impl Joint<'_> {
         } else if let Some(e) = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before) {
             // Every infinite light is a path of its own.
             let scene = self.scene;
+            let eye = self.paths.eye_start.map(|c| c.start.ray.origin);
+            let Some(from) = self.paths.eye.vertices.last().map(Vertex::p).or(eye) else { return Some(sum) };
             for &light in scene.lights.infinite() {
-                let le = scene.lights.infinite_emitted(light, e.dir, &self.wl);
-                let place = Place::infinity();
+                let le = scene.lights.infinite_emitted(light, from, e.dir, &self.wl);
+                let place = Place::infinity(from);
                 let (throughput, forward) = (e.throughput, e.forward);
                 self.add_found(&mut sum, t, &Found { light, place, le, throughput, forward, back: -e.dir });
             }

@@ -49,9 +49,9 @@ impl Place {
         Self { p, n: None, is_infinite: false, is_medium: false }
     }
 
-    /// Infinitely far away.
-    pub(crate) fn infinity() -> Self {
-        Self { p: Point::default(), n: None, is_infinite: true, is_medium: false }
+    /// Infinitely far away, on a straight line through `p`.
+    pub(crate) fn infinity(p: Point) -> Self {
+        Self { p, n: None, is_infinite: true, is_medium: false }
     }
 }
 

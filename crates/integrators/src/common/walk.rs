@@ -5,7 +5,7 @@
 //!
 //! Borders of media are passed and are no vertices. A walk from a light may pass the lens on its way.
 
-use math::{Dir, Ray};
+use math::{Dir, Point, Ray};
 use sampling::Sampler;
 use scatter::TransportMode;
 use scene::{MediumId, Scene, Shading};
@@ -69,9 +69,11 @@ impl Walk<'_> {
         };
         let events = |path: &Subpath| path.events(path.vertices.len());
         while events(path) < self.limit {
-            if !self.next_vertex(&mut on, (&mut *sampler, &mut *wl), counters, path)
-                || events(path) == self.limit
-            {
+            let found = self.next_vertex(&mut on, (&mut *sampler, &mut *wl), counters, path);
+            if path.vertices.len() <= 1 && !is_lit(start, path) {
+                return;
+            }
+            if !found || events(path) == self.limit {
                 return;
             }
             if !self.scatter(&mut on, start, sampler, path) {
@@ -253,6 +255,21 @@ impl Walk<'_> {
         }
         Some(Step { dir, factor, forward, reverse, is_delta: s.pdf.is_none(), eta_scale })
     }
+}
+
+/// Light from infinity may come through a portal: what its ray meets before is not lit. False, and the walk emptied, if
+/// its first vertex is not.
+fn is_lit(start: &Start, path: &mut Subpath) -> bool {
+    if !start.place.is_infinite {
+        return true;
+    }
+    let is_behind = |p: Point| (p - start.place.p).dot(start.ray.dir.0) > 0.0;
+    path.arrivals.retain(|a| is_behind(a.hit.p));
+    let is_lit = path.vertices.first().is_none_or(|v| is_behind(v.p()));
+    if !is_lit {
+        path.vertices.clear();
+    }
+    is_lit
 }
 
 /// How a walk goes on from a vertex.

@@ -1,6 +1,6 @@
 //! Where a gathering walk is, and how an emitter counts that it meets.
 
-use math::Ray;
+use math::{Point, Ray};
 use sampling::mis::Heuristic;
 use sampling::{Pdf, SolidAngle};
 use scene::{LightContext, MediumId, Scene};
@@ -23,6 +23,8 @@ pub(super) enum Before {
 #[derive(Clone, Copy)]
 pub(super) struct State {
     pub(super) ray: Ray,
+    /// Where the walk last scattered, or its eye.
+    pub(super) from: Point,
     /// The medium that the ray starts in.
     pub(super) medium: Option<MediumId>,
     pub(super) throughput: Spectrum,
@@ -64,6 +66,7 @@ impl State {
         let dir = shading.frame.to_world(s.wi);
         self.medium = scene.medium_after(si, dir, self.medium);
         self.ray = si.spawn_ray(dir);
+        self.from = self.ray.origin;
     }
 }
 

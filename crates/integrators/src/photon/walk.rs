@@ -89,6 +89,7 @@ impl CameraEstimator for GatherWalk {
         };
         let state = State {
             ray: path.ray,
+            from: path.ray.origin,
             medium: scene.camera_medium(),
             throughput: Spectrum::ONE,
             eta_scale: 1.0,
@@ -117,7 +118,7 @@ impl GatherWalk {
             }
             let Some(hit) = hit else {
                 for &light in scene.lights.infinite() {
-                    let le = scene.lights.infinite_emitted(light, on.ray.dir, out.wl);
+                    let le = scene.lights.infinite_emitted(light, on.from, on.ray.dir, out.wl);
                     let weight = on.before.weight(|from| infinite_light_pdf(scene, from, light, on.ray.dir));
                     out.sum.add(on.throughput * le * weight, false);
                 }
@@ -176,7 +177,8 @@ impl GatherWalk {
             let s = point.phase.sample(point.wo, out.sampler.next_2d());
             let before = Before::Rival(point.light_context(), s.pdf, [1, 1]);
             // A walk that may not scatter.
-            let look = State { ray: point.spawn_ray(s.wi), depth: self.max_depth, before, ..*on };
+            let ray = point.spawn_ray(s.wi);
+            let look = State { ray, from: ray.origin, depth: self.max_depth, before, ..*on };
             self.walk(scene, look, out);
         }
         Flown::End
@@ -186,6 +188,7 @@ impl GatherWalk {
     fn scatter_under_surface(&self, point: &MediumPoint, on: &mut State, out: &mut Output<'_>) -> Flown {
         let s = point.phase.sample(point.wo, out.sampler.next_2d());
         on.ray = point.spawn_ray(s.wi);
+        on.from = on.ray.origin;
         on.before = on.before.after_delta();
         on.steps += 1;
         let depth = Roulette::depth_in_medium(on.steps);

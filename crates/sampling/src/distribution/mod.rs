@@ -5,6 +5,8 @@
 
 mod alias;
 mod piecewise;
+mod windowed;
 
 pub use alias::{AliasTable, Choice};
 pub use piecewise::{PiecewiseConstant1D, PiecewiseConstant2D, Sample1D, Sample2D};
+pub use windowed::{WHOLE, Window, Windowed2D};

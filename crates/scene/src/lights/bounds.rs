@@ -84,6 +84,7 @@ impl Lights {
             | Light::Distant(_)
             | Light::InfiniteConstant(_)
             | Light::InfiniteImage(_)
+            | Light::Portal(_)
             | Light::Area(_) => None,
         }
     }
@@ -102,7 +103,8 @@ impl Lights {
             | Light::Projection(_)
             | Light::Distant(_)
             | Light::InfiniteConstant(_)
-            | Light::InfiniteImage(_) => None,
+            | Light::InfiniteImage(_)
+            | Light::Portal(_) => None,
         }
     }
 
@@ -122,9 +124,11 @@ impl Lights {
         }
         let sphere = 4.0 * PI;
         Some(match &self.list[light.index()] {
-            Light::Dark | Light::Distant(_) | Light::InfiniteConstant(_) | Light::InfiniteImage(_) => {
-                return None;
-            }
+            Light::Dark
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_)
+            | Light::Portal(_) => return None,
             // Lights at points count with 4π times their intensity, or its mean over where they shine.
             Light::Point(l) => at(l.p.0, power),
             Light::Goniometric(l) => at(l.p().0, power),

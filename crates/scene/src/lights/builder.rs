@@ -15,11 +15,14 @@ use scene_desc::{AreaLightDesc, Illuminant, ImageId, LightDesc, LightKind, Sink,
 use spectrum::ColorPipeline;
 
 use super::area::AreaLight;
-use super::delta::{DistantLight, GoniometricLight, PointLight, ScalarImage, SpotLight};
+use super::delta::{DistantLight, PointLight, SpotLight};
 use super::emission::{Emission, ImageEmission, LightImage, Lookup};
+use super::goniometric::{DirectionFactor, GoniometricLight, ScalarImage};
 use super::infinite::{InfiniteConstant, InfiniteImage};
+use super::portal::{PortalLight, Sky};
 use super::projection::projection;
 use super::source::{EmitterSource, emitters};
+use super::web::Web;
 use super::{Light, Lights};
 use crate::LightId;
 use crate::linear_map::AffineMap;
@@ -152,15 +155,14 @@ impl<'b> Placed<'b> {
                 let to_light = self.dir(*from - *to, sink)?;
                 Some(Light::Distant(DistantLight { to_light, irradiance }))
             }
-            LightKind::InfiniteConstant { radiance, illuminance } => {
+            LightKind::InfiniteConstant { radiance, illuminance, portal } => {
                 let radiance = self.emission(radiance, illuminance.map(|e| e / PI), sink)?;
+                if let Some(corners) = portal {
+                    return self.portal(corners, Sky::Even(radiance), sink);
+                }
                 Some(Light::InfiniteConstant(InfiniteConstant { radiance }))
             }
             LightKind::InfiniteImage { image, mapping, scale, illuminance, portal } => {
-                if portal.is_some() {
-                    sink.warning(self.span, "portals are not supported")
-                        .hint("the image shines from all directions and is sampled as a whole");
-                }
                 let image = self.image(*image, sink);
                 let factor = illuminance.map_or(1.0, |e| e / upper_illuminance(&image));
                 let lookup = match mapping {
@@ -170,17 +172,34 @@ impl<'b> Placed<'b> {
                     }
                 };
                 let emission = ImageEmission::new(image, scale * factor, lookup, self.colors);
-                InfiniteImage::new(self.map.linear, emission, *mapping)
-                    .map(|l| Light::InfiniteImage(Box::new(l)))
+                let sky = Box::new(InfiniteImage::new(self.map.linear, emission, *mapping)?);
+                match portal {
+                    Some(corners) => self.portal(corners, Sky::Image(sky), sink),
+                    None => Some(Light::InfiniteImage(sky)),
+                }
             }
             LightKind::Goniometric { intensity, image, power } => {
-                self.goniometric((intensity, *image, *power), sink)
+                self.goniometric(intensity, *power, self.pattern(*image, sink)?, sink)
+            }
+            LightKind::Ies { path, intensity, power } => {
+                let web = super::ies::load(path).map(|p| Web::new(&p));
+                let web = web.map_err(|e| {
+                    sink.error(self.span, e).hint("a lamp's file of LM-63, photometry of type C")
+                });
+                self.goniometric(intensity, *power, DirectionFactor::Web(web.ok()??), sink)
             }
             LightKind::Projection { image, fov, scale, power, throw } => {
                 let image = self.image(*image, sink);
                 projection(self.map, image, (*fov, *throw), (*scale, *power), self.colors)
             }
         }
+    }
+
+    fn portal(&self, corners: &[Vec3; 4], sky: Sky, sink: &mut Sink) -> Option<Light> {
+        let light = PortalLight::new(corners, sky);
+        let light = light
+            .map_err(|e| sink.error(self.span, e).hint("four corners of a rectangle, one after the other"));
+        light.ok()?.map(|l| Light::Portal(Box::new(l)))
     }
 
     fn spot(&self, kind: &LightKind, sink: &mut Sink) -> Option<Light> {
@@ -200,21 +219,23 @@ impl<'b> Placed<'b> {
         (solid_angle > 0.0).then_some(Light::Spot(spot))
     }
 
+    fn pattern(&self, image: Option<ImageId>, sink: &mut Sink) -> Option<DirectionFactor> {
+        let Some(id) = image else { return ScalarImage::new(1, vec![1.0]).map(DirectionFactor::Image) };
+        let image = self.image(id, sink);
+        let mean_rgb = |p: &[f32; 3]| ((p[0] + p[1] + p[2]) / 3.0).max(0.0);
+        let values = image.pixels().iter().map(mean_rgb).collect();
+        ScalarImage::new(image.size()[0], values).map(DirectionFactor::Image)
+    }
+
     fn goniometric(
         &self,
-        (intensity, image, power): (&Illuminant, Option<ImageId>, Option<f32>),
+        intensity: &Illuminant,
+        power: Option<f32>,
+        factor: DirectionFactor,
         sink: &mut Sink,
     ) -> Option<Light> {
-        let factor = match image {
-            Some(id) => {
-                let image = self.image(id, sink);
-                let mean_rgb = |p: &[f32; 3]| ((p[0] + p[1] + p[2]) / 3.0).max(0.0);
-                ScalarImage::new(image.size()[0], image.pixels().iter().map(mean_rgb).collect())?
-            }
-            None => ScalarImage::new(1, vec![1.0])?,
-        };
         let intensity = self.emission(intensity, power.map(|p| p / (2.0 * TAU * factor.mean())), sink)?;
-        // The image's z axis is the light's y axis: y and z change places.
+        // The factor's z axis is the light's y axis: y and z change places.
         let swap = math::DMat4::from_cols(math::DVec4::X, math::DVec4::Z, math::DVec4::Y, math::DVec4::W);
         let world_from_light = AffineMap::of(&(self.world_from_light * Transform::from_matrix(swap)?))?;
         Some(Light::Goniometric(Box::new(GoniometricLight { world_from_light, intensity, factor })))

@@ -1,21 +1,20 @@
-//! Lights without extent: point, spot, goniometric, projection and distant lights.
+//! Lights without extent: point, spot, projection and distant lights.
 //!
 //! | light       | intensity                                                      | source             |
 //! |-------------|----------------------------------------------------------------|--------------------|
 //! | point       | constant                                                       | [PBR4e], sec. 12.2 |
 //! | spot        | `smoothstep(cos θ_end, cos θ_start, cos θ)`, or linear in θ    | [PBR4e], sec. 12.2.1 |
 //! | projection  | the slide's pixel at the direction's perspective projection    | [PBR4e], sec. 12.2.2 |
-//! | goniometric | a factor from an equal-area image                              | [PBR4e], sec. 12.2.3 |
 //! | distant     | one direction, from outside of the scene                       | [PBR4e], sec. 12.3 |
 //!
 //! Emission directions follow the intensity: the spot's falloff is inverted (its integral over cos θ is a quartic),
 //! images are sampled by their pixels.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::TAU;
 
 use math::{Dir, Frame, LocalDir, Point, Vec3, trig};
 use sampling::distribution::{PiecewiseConstant2D, Sample2D};
-use sampling::{Pdf, SolidAngle, warp};
+use sampling::{Pdf, SolidAngle};
 use scene_desc::SpotFalloff;
 use spectrum::{Spectrum, Wavelengths};
 
@@ -79,14 +78,6 @@ fn linear_falloff(angle: f32, start: f32, end: f32) -> f32 {
     if angle >= end { 0.0 } else { (end - angle) / (end - start) }
 }
 
-/// From one point, with an image of directions.
-#[derive(Clone, Debug)]
-pub(crate) struct GoniometricLight {
-    pub(super) world_from_light: AffineMap,
-    pub(super) intensity: Emission,
-    pub(super) factor: ScalarImage,
-}
-
 /// A slide projector.
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectionLight {
@@ -106,16 +97,6 @@ pub(crate) struct DistantLight {
     pub(super) to_light: Dir,
     /// On a surface that faces it.
     pub(super) irradiance: Emission,
-}
-
-/// Numbers over the unit square with their distribution.
-#[derive(Clone, Debug)]
-pub(crate) struct ScalarImage {
-    width: usize,
-    height: usize,
-    values: Vec<f32>,
-    distribution: PiecewiseConstant2D,
-    mean: f32,
 }
 
 impl SpotLight {
@@ -207,47 +188,6 @@ fn sample_smoothstep(u: f32) -> f32 {
         x = next;
     }
     x
-}
-
-impl ScalarImage {
-    /// From rows of `width` numbers, none negative; `None` if they are none or all zero.
-    pub(super) fn new(width: usize, values: Vec<f32>) -> Option<Self> {
-        let distribution = PiecewiseConstant2D::new(&values, width)?;
-        let mean = distribution.integral() as f32;
-        let height = values.len() / width;
-        (mean > 0.0).then_some(Self { width, height, values, distribution, mean })
-    }
-
-    fn at(&self, uv: [f32; 2]) -> f32 {
-        let cell = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
-        self.values[cell(uv[1], self.height) * self.width + cell(uv[0], self.width)]
-    }
-
-    pub(super) fn mean(&self) -> f32 {
-        self.mean
-    }
-}
-
-impl GoniometricLight {
-    pub(super) fn p(&self) -> Point {
-        Point(self.world_from_light.origin)
-    }
-
-    pub(super) fn intensity(&self, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
-        let (local, _) = to_light(&self.world_from_light.linear, w);
-        self.intensity.value(wavelengths) * self.factor.at(warp::equal_area_sphere_inverse(local))
-    }
-
-    pub(super) fn sample_direction(&self, u: [f32; 2]) -> Dir {
-        let s = self.factor.distribution.sample(u);
-        Dir::normalize(self.world_from_light.linear.apply(warp::equal_area_sphere(s.p).0))
-    }
-
-    pub(super) fn pdf_direction(&self, w: Dir) -> Pdf<SolidAngle> {
-        let (local, ratio) = to_light(&self.world_from_light.linear, w);
-        let p = self.factor.distribution.pdf(inside(warp::equal_area_sphere_inverse(local)));
-        Pdf::new(p.value() / (4.0 * PI) * ratio)
-    }
 }
 
 impl ProjectionLight {

@@ -165,6 +165,11 @@ impl ImageEmission {
         &self.image
     }
 
+    /// Mean of R, G and B at a place of the unit square, v down.
+    pub(crate) fn size_at(&self, uv: [f32; 2]) -> f32 {
+        self.size_of(self.rgb(uv))
+    }
+
     /// Mean of R, G and B of a pixel, as emitted.
     pub(crate) fn size_of(&self, rgb: [f32; 3]) -> f32 {
         let scale = match self.colors.mode {
@@ -218,7 +223,7 @@ impl Emission {
     pub(crate) fn size_at(&self, uv: Vec2) -> f32 {
         match &self.source {
             Source::Value(_) => self.mean,
-            Source::Image(image) => image.size_of(image.rgb([uv.x, 1.0 - uv.y])),
+            Source::Image(image) => image.size_at([uv.x, 1.0 - uv.y]),
         }
     }
 

@@ -4,7 +4,7 @@
 //! is bilinear, each pixel's weight is the mean of the interpolated values over it (binomial weights 1, 6, 1 each way),
 //! so that no direction that emits has density zero.
 //!
-//! Left out: portals; density compensation for multiple importance sampling [Karlik2019].
+//! Left out: density compensation for multiple importance sampling [Karlik2019].
 
 use std::f32::consts::{PI, TAU};
 
@@ -82,18 +82,7 @@ impl InfiniteImage {
         wavelengths: &Wavelengths,
     ) -> Option<(Dir, Spectrum, Pdf<SolidAngle>)> {
         let s = self.distribution.sample(u);
-        let local = match self.mapping {
-            SphericalMapping::EqualArea => warp::equal_area_sphere(s.p),
-            SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
-                let v = self.latitude(s.p[1]);
-                if !(0.0..=1.0).contains(&v) {
-                    return None;
-                }
-                let (sin_theta, cos_theta) = trig::sin_cos(PI * v);
-                let (sin_phi, cos_phi) = trig::sin_cos(TAU * s.p[0]);
-                Dir(Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
-            }
-        };
+        let local = self.local(s.p)?;
         let mapped = self.world_from_light.apply(local.0);
         // M⁻¹ of the unit direction is the light's direction over |M w_light|.
         let ratio = self.world_from_light.inverse_solid_angle_ratio(1.0 / mapped.length());
@@ -106,6 +95,29 @@ impl InfiniteImage {
         let (local, ratio) = to_light(&self.world_from_light, w);
         let p = self.distribution.pdf(self.uv(local)).value() * self.square_density(local) * ratio;
         Pdf::new(if p.is_finite() { p } else { 0.0 })
+    }
+
+    /// Number of pixels along the longer side.
+    pub(super) fn side(&self) -> usize {
+        self.emission.image().size().into_iter().fold(1, usize::max)
+    }
+
+    /// Directions of the world, the mean of R, G and B's radiance of each and the solid angle that it stands for: a few to
+    /// a pixel.
+    pub(super) fn each_direction(&self, mut f: impl FnMut(Dir, f32, f32)) {
+        const TO_A_PIXEL: usize = 3;
+        let [width, height] = self.emission.image().size().map(|n| n * TO_A_PIXEL);
+        for i in 0..width * height {
+            let p = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
+            let p = [p[0] / width as f32, p[1] / height as f32];
+            let Some(local) = self.local(p) else { continue };
+            let mapped = self.world_from_light.apply(local.0);
+            let ratio = self.world_from_light.inverse_solid_angle_ratio(1.0 / mapped.length());
+            let solid_angle = 1.0 / (self.square_density(local) * ratio * (width * height) as f32);
+            if solid_angle.is_finite() {
+                f(Dir::normalize(mapped), self.emission.size_at(p), solid_angle);
+            }
+        }
     }
 
     /// Mean radiance over the sphere.
@@ -122,6 +134,22 @@ impl InfiniteImage {
                 self.stretch() / (2.0 * PI * PI * (v.x * v.x + v.y * v.y).sqrt())
             }
         }
+    }
+
+    /// The light's direction of a place of the unit square; `None` where there is no sphere.
+    fn local(&self, p: [f32; 2]) -> Option<Dir> {
+        Some(match self.mapping {
+            SphericalMapping::EqualArea => warp::equal_area_sphere(p),
+            SphericalMapping::EquiRectangular | SphericalMapping::EquiRectangularPoles => {
+                let v = self.latitude(p[1]);
+                if !(0.0..=1.0).contains(&v) {
+                    return None;
+                }
+                let (sin_theta, cos_theta) = trig::sin_cos(PI * v);
+                let (sin_phi, cos_phi) = trig::sin_cos(TAU * p[0]);
+                Dir(Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
+            }
+        })
     }
 
     fn uv(&self, local: Dir) -> [f32; 2] {

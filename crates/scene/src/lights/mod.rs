@@ -2,8 +2,10 @@
 //!
 //! | kind                                              | file       |
 //! |---------------------------------------------------|------------|
-//! | point, spot, goniometric, projection, distant     | `delta`    |
+//! | point, spot, projection, distant                  | `delta`    |
+//! | goniometric: an image, or a photometric file      | `goniometric`, `ies`, `web` |
 //! | infinite, even or by an image                     | `infinite` |
+//! | the same through a window                         | `portal`   |
 //! | emitting triangle, sphere, disk, cylinder, patch  | `area`, `emitter/` |
 //!
 //! Semantics, units and normalisation are pbrt-v4's [PBR4e, ch. 12]. Every emitting triangle of a mesh is a light of
@@ -11,7 +13,7 @@
 //!
 //! Departs from pbrt-v4: lights under maps that scale unevenly have right densities; parts of spheres and rings
 //! are sampled exactly; a light of zero power is there but never chosen.
-//! Left out: portals, moving lights (the first key's place counts; the builder says so), cut-outs of emitters by
+//! Left out: moving lights (the first key's place counts; the builder says so), cut-outs of emitters by
 //! alpha textures (the caller multiplies the sample with the alpha at its `uv`).
 
 mod area;
@@ -20,11 +22,15 @@ mod builder;
 mod delta;
 mod emission;
 mod emitter;
+mod goniometric;
+mod ies;
 mod infinite;
 mod outgoing;
+mod portal;
 mod projection;
 mod sample;
 mod source;
+mod web;
 
 use math::{Bounds, Dir, Point, Vec2, Vec3};
 use sampling::{Pdf, SolidAngle, warp};
@@ -36,10 +42,12 @@ use crate::{LightContext, LightId, SurfaceInteraction};
 use area::AreaLight;
 pub(crate) use bounds::LightBounds;
 pub use builder::LightsBuilder;
-use delta::{DistantLight, GoniometricLight, PointLight, ProjectionLight, SpotLight};
+use delta::{DistantLight, PointLight, ProjectionLight, SpotLight};
 use emission::Emission;
 pub use emission::LightImage;
+use goniometric::GoniometricLight;
 use infinite::{InfiniteConstant, InfiniteImage};
+use portal::PortalLight;
 pub use sample::{EmissionSample, LightSample};
 pub use source::{EmitterGeometry, EmitterSource};
 
@@ -66,6 +74,7 @@ enum Light {
     Distant(DistantLight),
     InfiniteConstant(InfiniteConstant),
     InfiniteImage(Box<InfiniteImage>),
+    Portal(Box<PortalLight>),
     Area(AreaLight),
 }
 
@@ -119,7 +128,7 @@ impl Lights {
             | Light::Goniometric(_)
             | Light::Projection(_)
             | Light::Distant(_) => true,
-            Light::InfiniteConstant(_) | Light::InfiniteImage(_) => false,
+            Light::InfiniteConstant(_) | Light::InfiniteImage(_) | Light::Portal(_) => false,
             Light::Area(a) => !a.visible,
         }
     }
@@ -128,7 +137,7 @@ impl Lights {
     #[must_use]
     pub fn is_from_infinity(&self, light: LightId) -> bool {
         match &self.list[light.index()] {
-            Light::Distant(_) | Light::InfiniteConstant(_) | Light::InfiniteImage(_) => {
+            Light::Distant(_) | Light::InfiniteConstant(_) | Light::InfiniteImage(_) | Light::Portal(_) => {
                 self.power(light) > 0.0
             }
             Light::Dark
@@ -174,6 +183,10 @@ impl Lights {
                 let (wi, li, pdf) = l.sample(u, wavelengths)?;
                 Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
             }
+            Light::Portal(l) => {
+                let (wi, li, pdf) = l.sample(from, u, wavelengths)?;
+                Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
+            }
             Light::Area(l) => l.sample(&self.emissions, light, from, u, wavelengths),
         };
         sample.filter(|s| !s.li.is_black())
@@ -192,6 +205,7 @@ impl Lights {
             | Light::Distant(_) => Pdf::ZERO,
             Light::InfiniteConstant(_) => warp::uniform_sphere_pdf(),
             Light::InfiniteImage(l) => l.pdf(wi),
+            Light::Portal(l) => l.pdf(context.p, wi),
             Light::Area(l) if l.visible => l.emitter.pdf(context.p, p, n),
             Light::Area(_) => Pdf::ZERO,
         }
@@ -216,7 +230,8 @@ impl Lights {
             | Light::Projection(_)
             | Light::Distant(_)
             | Light::InfiniteConstant(_)
-            | Light::InfiniteImage(_) => Spectrum::ZERO,
+            | Light::InfiniteImage(_)
+            | Light::Portal(_) => Spectrum::ZERO,
         }
     }
 
@@ -226,12 +241,20 @@ impl Lights {
         si.light.map_or(Spectrum::ZERO, |l| self.emitted(l, si.ng, si.uv, si.wo, wavelengths))
     }
 
-    /// Radiance of an infinite light from the direction `w` (away from the scene).
+    /// Radiance of an infinite light from the direction `w` (away from the scene), at the point from where the straight
+    /// line that leaves the scene began: where the path last scattered, or its eye.
     #[must_use]
-    pub fn infinite_emitted(&self, light: LightId, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
+    pub fn infinite_emitted(
+        &self,
+        light: LightId,
+        from: Point,
+        w: Dir,
+        wavelengths: &Wavelengths,
+    ) -> Spectrum {
         match &self.list[light.index()] {
             Light::InfiniteConstant(l) => l.radiance.value(wavelengths),
             Light::InfiniteImage(l) => l.radiance(w, wavelengths),
+            Light::Portal(l) => l.radiance(from, w, wavelengths),
             Light::Dark
             | Light::Point(_)
             | Light::Spot(_)
@@ -242,10 +265,10 @@ impl Lights {
         }
     }
 
-    /// Radiance of all infinite lights from the direction `w`.
+    /// Radiance of all infinite lights from the direction `w` at a point; see [`Lights::infinite_emitted`].
     #[must_use]
-    pub fn background(&self, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
-        self.infinite.iter().map(|&l| self.infinite_emitted(l, w, wavelengths)).sum()
+    pub fn background(&self, from: Point, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
+        self.infinite.iter().map(|&l| self.infinite_emitted(l, from, w, wavelengths)).sum()
     }
 
     /// The sphere around the scene: its centre and radius.
@@ -262,7 +285,10 @@ impl Lights {
         self.power = self.ids().map(|l| self.compute_power(l)).collect();
         self.infinite = self
             .ids()
-            .filter(|l| matches!(self.list[l.index()], Light::InfiniteConstant(_) | Light::InfiniteImage(_)))
+            .filter(|l| {
+                let light = &self.list[l.index()];
+                matches!(light, Light::InfiniteConstant(_) | Light::InfiniteImage(_) | Light::Portal(_))
+            })
             .collect();
     }
 

@@ -1,7 +1,8 @@
 //! Rays that lights emit, for methods that trace light [PBR3e, sec. 16.1.2], [Veach1997].
 //!
 //! Surfaces: position by area, direction by cosine. Lights at points: direction by intensity. Light from infinity:
-//! direction by radiance, position uniform on the disk of the scene's sphere across it, pushed out by its radius.
+//! direction by radiance, position uniform on the disk of the scene's sphere across it, pushed out by its radius; through
+//! a portal, uniform on it. Nothing counts that such a ray meets before it has passed its `p`.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -18,6 +19,7 @@ pub(super) type EmissionPdf = (Option<Pdf<Area>>, Option<Pdf<SolidAngle>>);
 impl Lights {
     /// A ray that the light emits, with densities [`Lights::emission_pdf`]; `None` where it emits nothing.
     #[must_use]
+    #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     pub fn sample_emission(
         &self,
         light: LightId,
@@ -80,6 +82,16 @@ impl Lights {
                 let (w, le, pdf) = l.sample(u_direction, wavelengths)?;
                 from_infinity(w, le, Some(pdf))
             }
+            Light::Portal(l) => {
+                let (p, to_light, le, pdf) = l.sample_emission(u_position, u_direction, wavelengths)?;
+                let outside = 2.0 * self.world.radius + p.distance(self.world.center);
+                EmissionSample {
+                    p,
+                    pdf_position: Some(l.position_pdf(to_light)),
+                    ray: Ray::new(p + to_light.0 * outside, -to_light, time),
+                    ..from_infinity(to_light, le, Some(pdf))
+                }
+            }
             Light::Area(l) => {
                 self.emit_from_surface(light, l, [u_position, u_direction], time, wavelengths)?
             }
@@ -125,7 +137,8 @@ impl Lights {
     }
 
     /// Densities of [`Lights::sample_emission`] for a ray from `p` along `w` (away from the light); `n` is the normal
-    /// of an emitting surface. Position: per area of the surface, or of the disk across `w` for light from infinity.
+    /// of an emitting surface. Position: per area of the surface, or of the disk across `w` for light from infinity, of
+    /// which `p` may be any point of the ray.
     /// `None` for deltas.
     #[must_use]
     pub fn emission_pdf(&self, light: LightId, p: Point, n: Option<Dir>, w: Dir) -> EmissionPdf {
@@ -138,6 +151,10 @@ impl Lights {
             Light::Distant(_) => (Some(self.world.disk_pdf()), None),
             Light::InfiniteConstant(_) => (Some(self.world.disk_pdf()), Some(warp::uniform_sphere_pdf())),
             Light::InfiniteImage(l) => (Some(self.world.disk_pdf()), Some(l.pdf(-w))),
+            Light::Portal(l) => {
+                let (position, direction) = l.emission_pdf(p, -w);
+                (Some(position), Some(direction))
+            }
             Light::Area(l) => {
                 let cos = n.map_or(0.0, |n| n.dot(w));
                 let cos = if l.two_sided { cos.abs() } else { cos.max(0.0) };
@@ -158,6 +175,7 @@ impl Lights {
             Light::Distant(l) => disk * l.irradiance.mean(),
             Light::InfiniteConstant(l) => disk * 2.0 * TAU * l.radiance.mean(),
             Light::InfiniteImage(l) => disk * 2.0 * TAU * l.mean(),
+            Light::Portal(l) => l.power(),
             Light::Area(l) => {
                 PI * l.sides() * l.emitter.area() * l.mean(&self.emissions[l.emission as usize])
             }

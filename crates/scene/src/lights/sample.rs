@@ -40,7 +40,7 @@ pub struct EmissionSample {
     pub light: LightId,
     /// Off the light's surface; for light from infinity, from a disk outside of the scene.
     pub ray: Ray,
-    /// The point itself.
+    /// The point itself. Of light from infinity a point of the ray: what the ray meets before it is not lit.
     pub p: Point,
     /// Half-size of the box in which the true point lies.
     pub p_error: Vec3,

@@ -149,6 +149,7 @@ impl<'a> TextureCompiler<'a> {
                 LightKind::Point { .. }
                 | LightKind::Spot { .. }
                 | LightKind::Distant { .. }
+                | LightKind::Ies { .. }
                 | LightKind::InfiniteConstant { .. } => {}
             }
         }
