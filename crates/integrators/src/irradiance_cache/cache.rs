@@ -171,6 +171,12 @@ mod tests {
         Rules { error: 0.3, gradients: true, clamping }
     }
 
+    #[test]
+    fn a_record_costs_what_is_said() {
+        let bytes = [Basis::Rgb, Basis::Bins].map(Cache::bytes_per_record);
+        assert_eq!(bytes, [166, 502], "what the parameter's text and docs/performance.md say");
+    }
+
     /// E = 2 + 3x is told by records with the right gradient, wherever one looks.
     #[test]
     fn a_linear_field_is_interpolated_exactly() {

@@ -75,7 +75,7 @@ fn parameters() -> Vec<ParameterInfo> {
         parameter(
             "cache_memory",
             ParameterKind::Integer(1024),
-            "most MiB for records (170 bytes each, 500 in spectral mode); where it is full the rest is path traced",
+            "most MiB for records (166 bytes each, 502 in spectral mode); where it is full the rest is path traced",
         ),
     ]
 }

@@ -127,3 +127,14 @@ impl Keeper for VirtualLights {
         self.0.append(&mut later.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_virtual_light_costs_what_is_said() {
+        let bytes = size_of::<VirtualLight>() + super::super::tree::BYTES_PER_LIGHT;
+        assert_eq!(bytes, 512, "what the parameter's text and docs/performance.md say");
+    }
+}

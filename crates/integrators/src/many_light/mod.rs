@@ -76,7 +76,10 @@ fn parameters() -> Vec<ParameterInfo> {
         ),
         parameter("compensation", ParameterKind::Bool(true), "trace what clamping takes away"),
         ParameterInfo { kind: ParameterKind::Integer(8), ..LIGHT_SAMPLES },
-        MEMORY,
+        ParameterInfo {
+            doc: "most MiB for the virtual lights of a pass (512 bytes each); paths that do not fit are left out",
+            ..MEMORY
+        },
     ]
 }
 

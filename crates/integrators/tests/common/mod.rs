@@ -94,20 +94,26 @@ fn filter(desc: &FilterDesc) -> Filter {
 pub(crate) struct Estimate {
     pub(crate) label: String,
     pub(crate) tiles: Vec<Moments>,
+    /// Of the whole picture, by colour.
+    pub(crate) whole: [Moments; 3],
 }
 
 /// Renders `batches` times `passes` passes.
 pub(crate) fn estimate(scene: &Scene, name: &str, set: &[&str], batches: u32, passes: u32) -> Estimate {
     let mut it = integrator(scene, name, set, 7);
-    let mut tiles = Vec::new();
+    let (mut tiles, mut whole) = (Vec::new(), [Moments::default(); 3]);
     for b in 0..batches {
         let values = tile_means(scene, it.as_mut(), b * passes..(b + 1) * passes, TILE);
+        for (c, whole) in whole.iter_mut().enumerate() {
+            let n = (values.len() / 3) as f64;
+            whole.push(values.iter().skip(c).step_by(3).sum::<f64>() / n);
+        }
         tiles.resize(values.len(), Moments::default());
         for (m, v) in tiles.iter_mut().zip(values) {
             m.push(v);
         }
     }
-    Estimate { label: format!("{name} {}", set.join(" ")), tiles }
+    Estimate { label: format!("{name} {}", set.join(" ")), tiles, whole }
 }
 
 /// Side of a tile in pixels.
