@@ -1137,12 +1137,50 @@ class MarbleTexture(Described):
 
 
 @dataclass(frozen=True)
+class TriplanarTexture(Described):
+    """Three textures, each seen along an axis of texture space, blended by where the surface faces."""
+
+    _type: ClassVar[str] = "triplanar"
+    planes: Sequence[Any] = ({'float': 1.0}, {'float': 1.0}, {'float': 1.0})
+    """Along x, y and z; their (u, v) are (y, z), (z, x) and (x, y)."""
+    _: KW_ONLY
+    sharpness: float = 4.0
+    """Each counts by the cosine between the normal and its axis, to this power."""
+    texture_from_world: Matrix = _IDENTITY
+    """To texture space."""
+    name: str = ''
+    """As the file names it; empty for one made on the way."""
+    kind: str = "spectrum"
+    """What it gives."""
+
+
+@dataclass(frozen=True)
+class VolumeTexture(Described):
+    """Points of a grid, trilinear in between: of the unit cube of texture space, each at the centre of its cell."""
+
+    _type: ClassVar[str] = "volume"
+    resolution: Sequence[Any]
+    """Points along x, y and z; their product is the number of values."""
+    _: KW_ONLY
+    values: Sequence[Any]
+    """Linear R, G, B, x fastest."""
+    wrap: str
+    """Beyond the cube: [`WrapMode::Black`] is zero."""
+    texture_from_world: Matrix
+    """To texture space."""
+    name: str = ''
+    """As the file names it; empty for one made on the way."""
+    kind: str = "spectrum"
+    """What it gives."""
+
+
+@dataclass(frozen=True)
 class ImageMapTexture(Described):
     """An image file."""
 
     _type: ClassVar[str] = "image_map"
     image: str | os.PathLike[str] | int | Mapping[str, Any]
-    """Which."""
+    """Which; the first of them, if there are tiles."""
     _: KW_ONLY
     mapping: Any = field_default({'uv': {'scale': [1.0, 1.0], 'shift': [0.0, 0.0]}})
     """Of the surface; v runs upwards, as in pbrt."""
@@ -1156,6 +1194,9 @@ class ImageMapTexture(Described):
     """Factor on the value."""
     invert: bool = False
     """`1 − value` (after the factor, as in pbrt-v4)?"""
+    tiles: Sequence[Any] = ()
+    """Images side by side (UDIM): (s, t) falls into one of them; `wrap` does not count, and there is black in
+    between. Empty for one image."""
     name: str = ''
     """As the file names it; empty for one made on the way."""
     kind: str = "spectrum"
@@ -1190,6 +1231,8 @@ class Mesh(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1218,6 +1261,8 @@ class BilinearMesh(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1246,6 +1291,8 @@ class Sphere(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1274,6 +1321,8 @@ class Disk(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1302,6 +1351,8 @@ class Cylinder(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1328,6 +1379,8 @@ class LoopSubdiv(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1356,6 +1409,8 @@ class Curve(Described):
     """The chance that it is there at all: cut-outs."""
     area_light: Any | None = None
     """What it emits."""
+    displacement: Any | None = None
+    """How far its surface is moved; of meshes of triangles alone."""
     medium_interface: Any | None = None
     """What is on both sides; `None` where it is no border of media."""
 
@@ -1580,6 +1635,8 @@ CLASSES: dict[tuple[str, str], type[Described]] = {
     ("TextureDesc", "wrinkled"): WrinkledTexture,
     ("TextureDesc", "windy"): WindyTexture,
     ("TextureDesc", "marble"): MarbleTexture,
+    ("TextureDesc", "triplanar"): TriplanarTexture,
+    ("TextureDesc", "volume"): VolumeTexture,
     ("TextureDesc", "image_map"): ImageMapTexture,
     ("ShapeDesc", "mesh"): Mesh,
     ("ShapeDesc", "bilinear_mesh"): BilinearMesh,
@@ -1668,7 +1725,9 @@ __all__ = [
     "SubsurfaceMaterial",
     "ThinDielectricMaterial",
     "TriangleFilter",
+    "TriplanarTexture",
     "TwoSidedMaterial",
+    "VolumeTexture",
     "WindyTexture",
     "WrinkledTexture",
 ]

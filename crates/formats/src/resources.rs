@@ -1,6 +1,6 @@
 //! Image files and measurements that a scene refers to: looked for and hashed, not decoded.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use scene_desc::{ImageDesc, ImageEncoding, Span};
@@ -67,4 +67,49 @@ pub(crate) fn hash_measured(path: &Path, span: Span, report: &mut Report<'_>) ->
             None
         }
     }
+}
+
+/// What stands for the number of a tile in a file's name.
+const UDIM: &str = "<UDIM>";
+/// The number of the tile at the origin; the next to the right is one more, the next above ten more.
+const FIRST_TILE: u32 = 1001;
+
+/// The files of a set of tiles, with the lower left corner of each: none if the name stands for a single file; `None` (and an
+/// error) if there is no tile. Gaps in a row are told.
+pub(crate) fn tiles(path: &Path, span: Span, report: &mut Report<'_>) -> Option<Vec<([u32; 2], PathBuf)>> {
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let Some((before, after)) = name.split_once(UDIM) else { return Some(Vec::new()) };
+    let number = |file: &str| {
+        let digits = file.strip_prefix(before)?.strip_suffix(after)?;
+        let all_digits = digits.len() == 4 && digits.bytes().all(|b| b.is_ascii_digit());
+        digits.parse().ok().filter(|n| all_digits && *n >= FIRST_TILE)
+    };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut found: Vec<(u32, PathBuf)> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| {
+            let entry = entry.ok()?;
+            Some((number(&entry.file_name().to_string_lossy())?, entry.path()))
+        })
+        .collect();
+    found.sort();
+    if found.is_empty() {
+        report
+            .error(span, format!("there is no tile of {}", path.display()))
+            .hint(format!("{UDIM} stands for {FIRST_TILE}, {} and so on", FIRST_TILE + 1));
+        return None;
+    }
+    let is_gap = |n: &u32| !found.iter().any(|(m, _)| m == n);
+    let same_row = |a: u32, b: u32| (a - FIRST_TILE) / 10 == (b - FIRST_TILE) / 10;
+    let pairs = found.windows(2).filter(|p| same_row(p[0].0, p[1].0));
+    let gaps: Vec<String> =
+        pairs.flat_map(|p| p[0].0..p[1].0).filter(is_gap).map(|n| n.to_string()).collect();
+    if !gaps.is_empty() {
+        report
+            .warning(span, format!("tiles {} of {} are missing", gaps.join(", "), path.display()))
+            .hint("they are black");
+    }
+    let corner = |n: u32| [(n - FIRST_TILE) % 10, (n - FIRST_TILE) / 10];
+    Some(found.into_iter().map(|(n, path)| (corner(n), path)).collect())
 }

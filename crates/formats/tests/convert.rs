@@ -6,7 +6,10 @@ mod common;
 use std::path::Path;
 
 use common::Folder;
-use scene_desc::{Geometry, LightKind, MaterialKind, SceneDesc, ShapeDesc, Sink};
+use scene_desc::{
+    FloatInput, Geometry, ImageId, LightKind, MaterialKind, PhaseDesc, SceneDesc, ShapeDesc, Sink, TextureId,
+    TextureInput, TextureNode, WrapMode,
+};
 
 fn load(path: &Path) -> SceneDesc {
     let mut sink = Sink::default();
@@ -168,4 +171,157 @@ fn a_lamps_file_goes_with_it() {
         (std::fs::read(path).unwrap(), grey(&format!("{intensity:?} {power:?}")))
     };
     assert_eq!(lamp(&scene), lamp(&back));
+}
+
+const HEAD: &str = "Camera \"perspective\"\nWorldBegin\n";
+
+#[test]
+fn sets_of_images_are_found_by_their_numbers() {
+    let text = format!(
+        "{HEAD}Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"skin.<UDIM>.png\"\n\
+         Material \"diffuse\" \"texture reflectance\" \"t\"\nShape \"sphere\"\n"
+    );
+    let folder = Folder::new()
+        .with("a.pbrt", &text)
+        .with("skin.1001.png", "a")
+        .with("skin.1003.png", "b")
+        .with("skin.1012.png", "c")
+        .with("skin.999.png", "too small")
+        .with("skin.10011.png", "too long");
+    let mut sink = Sink::default();
+    let scene = steradian_formats::load(&folder.path("a.pbrt"), &mut sink).unwrap();
+    assert!(
+        sink.render().contains("tiles 1002 of") && sink.render().contains("they are black"),
+        "{}",
+        sink.render()
+    );
+    let tiles = |scene: &SceneDesc| match &scene.textures[0].node {
+        TextureNode::ImageMap { tiles, .. } => {
+            let bytes = |id: ImageId| std::fs::read_to_string(&scene.images[id.index()].path).unwrap();
+            tiles.iter().map(|t| (t.at, bytes(t.image))).collect::<Vec<_>>()
+        }
+        other => panic!("{other:?}"),
+    };
+    let expected = [([0, 0], "a".to_owned()), ([2, 0], "b".to_owned()), ([1, 1], "c".to_owned())];
+    assert_eq!(tiles(&scene), expected);
+
+    // The same set in a Mitsuba file, and after a conversion.
+    let out = Folder::new();
+    let (back, messages) = round(&scene, &out);
+    assert!(messages.contains("<UDIM>"), "{messages}");
+    assert_eq!(tiles(&back), expected);
+    let xml = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"sphere\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" \
+        name=\"reflectance\"><string name=\"filename\" value=\"skin.<UDIM>.png\"/></texture></bsdf></shape></scene>";
+    let folder = folder.with("b.xml", xml.replace("<UDIM>", "&lt;UDIM&gt;"));
+    assert_eq!(tiles(&load(&folder.path("b.xml"))), expected);
+
+    let mut sink = Sink::default();
+    let without = Folder::new().with("a.pbrt", &text);
+    assert!(steradian_formats::load(&without.path("a.pbrt"), &mut sink).is_none());
+    assert!(sink.render().contains("there is no tile of"), "{}", sink.render());
+}
+
+#[test]
+fn textures_seen_along_three_axes_come_back() {
+    let text = format!(
+        "{HEAD}Translate 1 2 3\nTexture \"a\" \"float\" \"fbm\"\nTexture \"t\" \"float\" \"triplanar\" \
+         \"texture x\" \"a\" \"float y\" 0.25 \"float sharpness\" 3\n\
+         Material \"diffuse\" \"texture displacement\" \"t\"\nShape \"sphere\"\n"
+    );
+    let folder = Folder::new().with("a.pbrt", &text);
+    let scene = load(&folder.path("a.pbrt"));
+    let (back, _) = round(&scene, &folder);
+    for scene in [&scene, &back] {
+        let TextureNode::Triplanar { planes, sharpness, texture_from_world } = &scene.textures[1].node else {
+            panic!("{:?}", scene.textures)
+        };
+        assert!(matches!(planes, [TextureInput::Texture(_), TextureInput::Float(y), TextureInput::Float(z)]
+            if *y == 0.25 && *z == 1.0));
+        assert_eq!(*sharpness, 3.0);
+        assert_eq!(texture_from_world.point(math::Point::new(1.0, 2.0, 3.0)), math::Point::default());
+    }
+}
+
+#[test]
+fn a_relief_comes_back_with_its_mesh() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+    let text = format!(
+        "{HEAD}Texture \"h\" \"float\" \"fbm\"\n\
+         Shape \"plymesh\" \"string filename\" \"a.ply\" \"texture displacement\" \"h\" \"float edgelength\" 0.125\n"
+    );
+    let folder = Folder::new().with("a.pbrt", &text).with("a.ply", ply);
+    let scene = load(&folder.path("a.pbrt"));
+    let (back, messages) = round(&scene, &folder);
+    assert_eq!(messages, "");
+    for scene in [&scene, &back] {
+        let [shape] = scene.shapes.as_slice() else { panic!("{}", scene.shapes.len()) };
+        let relief = shape.displacement.as_ref().unwrap();
+        assert_eq!((relief.edge_length, &relief.height), (0.125, &FloatInput::Texture(TextureId(0))));
+        let Geometry::Mesh(mesh) = &shape.geometry else { panic!("{:?}", shape.geometry) };
+        assert_eq!(mesh.indices.len(), 2, "a quadrilateral is two triangles");
+    }
+}
+
+#[test]
+fn blends_of_phase_functions_are_written_out() {
+    let medium = |phase: &str| {
+        format!(
+            "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"sphere\"><bsdf type=\"null\"/>\
+             <medium type=\"homogeneous\" name=\"interior\">{phase}</medium></shape></scene>"
+        )
+    };
+    let hg = |g: f32| format!("<phase type=\"hg\"><float name=\"g\" value=\"{g}\"/></phase>");
+    let blend = |w: f32, a: &str, b: &str| {
+        format!("<phase type=\"blendphase\"><float name=\"weight\" value=\"{w}\"/>{a}{b}</phase>")
+    };
+    let inner = blend(0.25, "<phase type=\"rayleigh\"/>", &hg(0.5));
+    let folder = Folder::new().with("a.xml", medium(&blend(0.2, &hg(-0.5), &inner)));
+    let scene = load(&folder.path("a.xml"));
+    let PhaseDesc::Blend(parts) = &scene.media[0].phase else { panic!("{:?}", scene.media[0].phase) };
+    let parts: Vec<_> = parts.iter().map(|p| (p.weight, &p.phase)).collect();
+    let expected = [
+        (0.8, PhaseDesc::HenyeyGreenstein(-0.5)),
+        (0.2 * 0.75, PhaseDesc::Rayleigh),
+        (0.2 * 0.25, PhaseDesc::HenyeyGreenstein(0.5)),
+    ];
+    assert_eq!(parts.len(), 3);
+    for ((w, phase), (v, other)) in parts.iter().zip(&expected) {
+        assert!((w - v).abs() < 1e-6 && *phase == other, "{w} {phase:?}");
+    }
+    // pbrt has one phase function: of the same mean cosine.
+    let (back, messages) = round(&scene, &folder);
+    assert!(messages.contains("blend of phase functions"), "{messages}");
+    let PhaseDesc::HenyeyGreenstein(g) = back.media[0].phase else { panic!("{:?}", back.media[0].phase) };
+    assert!((g + 0.375).abs() < 1e-6, "{g}");
+
+    let mut sink = Sink::default();
+    let one = Folder::new().with("a.xml", medium(&blend(0.2, &hg(0.1), "")));
+    assert!(steradian_formats::load(&one.path("a.xml"), &mut sink).is_none());
+    assert!(sink.render().contains("a blend of 1 phase functions"), "{}", sink.render());
+}
+
+#[test]
+fn volumes_are_textures_of_surfaces_too() {
+    let vol: Vec<u8> = [
+        b"VOL\x03".to_vec(),
+        [1_i32, 2, 1, 1, 3].map(i32::to_le_bytes).concat(),
+        [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0].map(f32::to_le_bytes).concat(),
+        [1.0_f32, 0.0, 0.0, 0.0, 1.0, 0.5].map(f32::to_le_bytes).concat(),
+    ]
+    .concat();
+    let xml = "<scene version=\"3.0.0\"><sensor type=\"perspective\"/><shape type=\"sphere\"><bsdf type=\"diffuse\"><texture type=\"volume\" \
+        name=\"reflectance\"><volume type=\"gridvolume\" name=\"volume\"><string name=\"filename\" value=\"a.vol\"/>\
+        <transform name=\"to_world\"><scale value=\"2\"/></transform></volume></texture></bsdf></shape></scene>";
+    let folder = Folder::new().with("a.xml", xml);
+    std::fs::write(folder.path("a.vol"), vol).unwrap();
+    let scene = load(&folder.path("a.xml"));
+    let TextureNode::Volume { resolution, values, wrap, texture_from_world } = &scene.textures[0].node else {
+        panic!("{:?}", scene.textures)
+    };
+    assert_eq!((*resolution, *wrap), ([2, 1, 1], WrapMode::Clamp));
+    assert_eq!(values.as_ref(), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]);
+    assert_eq!(texture_from_world.point(math::Point::new(2.0, 1.0, 0.0)), math::Point::new(1.0, 0.5, 0.0));
+    let (_, messages) = round(&scene, &folder);
+    assert!(messages.contains("its mean is written"), "{messages}");
 }

@@ -414,7 +414,7 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
          # nothing\n\
          Material \"subsurface\"\n\
          Texture \"p\" \"float\" \"ptex\" \"string filename\" \"a.ptx\"\n\
-         MakeNamedMedium \"smoke\" \"string type\" \"nanovdb\" \"string filename\" \"a.nvdb\"\n\
+         # nothing either\n\
          Shape \"sphere\" \"bool alpha\" [ \"true\" ]\n\
          AreaLightSource \"diffuse\"\n\
          Material \"interface\"\nShape \"sphere\"\n\
@@ -432,8 +432,6 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: it is ignored
     a.pbrt:8:1: warning: ptex textures are not supported
       hint: a constant 0.5 stands in for it
-    a.pbrt:9:1: warning: medium "smoke" of type "nanovdb" is not supported
-      hint: it is treated as empty space; a "uniformgrid" can hold the same values
     a.pbrt:12:1: warning: a shape of material "interface" cannot emit
       hint: its area light is ignored
     a.pbrt:13:36: warning: a shape in an object cannot emit

@@ -183,6 +183,7 @@ fn taken_apart(py: Python<'_>, shape: &ShapeDesc) -> PyResult<(String, scene_des
         reverse_orientation: shape.reverse_orientation,
         material: MaterialId(shape.material.0),
         alpha: shape.alpha.clone(),
+        displacement: shape.displacement.clone(),
         area_light: shape.area_light.clone(),
         medium_interface: shape.medium_interface,
         span: Span::NONE,

@@ -43,6 +43,7 @@ pub fn bench_scene() -> SceneDesc {
         reverse_orientation: false,
         material: MaterialId(0),
         alpha: None,
+        displacement: None,
         area_light: None,
         medium_interface: None,
         span: Span::NONE,

@@ -20,4 +20,6 @@ pub use bsdf::{
     MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
     Raster, SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
-pub use phase::{HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, Rayleigh};
+pub use phase::{
+    BlendedPhase, HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, PurePhase, Rayleigh,
+};

@@ -4,6 +4,7 @@
 //! |--------------------|-------------------------|
 //! | `Isotropic`        | `1/4π`                  |
 //! | `HenyeyGreenstein` | [Henyey1941]            |
+//! | `BlendedPhase`     | a sum of some of the others, one of them chosen by the number that draws the angle |
 //! | `Rayleigh`         | `3 (1 + cos²) / 16π`; inverse of its distribution by Cardano's formula [Frisvad2011] |
 //!
 //! `wo` and `wi` both point away from the particle: light that goes straight on has `wi = −wo`. All kinds are
@@ -50,6 +51,8 @@ closed_set! {
         HenyeyGreenstein,
         /// Particles much smaller than the wavelength.
         Rayleigh,
+        /// A sum of the others.
+        BlendedPhase,
     }
 }
 
@@ -171,6 +174,92 @@ impl PhaseKind for Rayleigh {
     }
 }
 
+/// A phase function that is no sum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PurePhase {
+    /// The same in all directions.
+    Isotropic(Isotropic),
+    /// One parameter from backward to forward.
+    HenyeyGreenstein(HenyeyGreenstein),
+    /// Particles much smaller than the wavelength.
+    Rayleigh(Rayleigh),
+}
+
+/// A sum of up to four phase functions: a mixture of particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlendedPhase {
+    /// With shares that sum to one; those that are not there have none.
+    parts: [(f32, PurePhase); Self::MOST_PARTS],
+}
+
+impl BlendedPhase {
+    /// Parts of a sum.
+    pub const MOST_PARTS: usize = 4;
+
+    /// With shares in proportion to these weights; those that are not positive have none. `None` if there are too many, or if
+    /// nothing is left.
+    #[must_use]
+    pub fn new(weighted: &[(f32, PurePhase)]) -> Option<Self> {
+        let share = |w: f32| if w > 0.0 && w.is_finite() { w } else { 0.0 };
+        let sum: f32 = weighted.iter().map(|(w, _)| share(*w)).sum();
+        if weighted.len() > Self::MOST_PARTS || sum <= 0.0 {
+            return None;
+        }
+        let mut parts = [(0.0, PurePhase::Isotropic(Isotropic)); Self::MOST_PARTS];
+        for (part, (w, phase)) in parts.iter_mut().zip(weighted) {
+            *part = (share(*w) / sum, *phase);
+        }
+        Some(Self { parts })
+    }
+}
+
+impl PurePhase {
+    fn at_cos(&self, cos: f32) -> f32 {
+        match self {
+            Self::Isotropic(p) => p.at_cos(cos),
+            Self::HenyeyGreenstein(p) => p.at_cos(cos),
+            Self::Rayleigh(p) => p.at_cos(cos),
+        }
+    }
+
+    fn sample_cos(&self, u: f32) -> f32 {
+        match self {
+            Self::Isotropic(p) => p.sample_cos(u),
+            Self::HenyeyGreenstein(p) => p.sample_cos(u),
+            Self::Rayleigh(p) => p.sample_cos(u),
+        }
+    }
+
+    fn mean_cosine(&self) -> f32 {
+        match self {
+            Self::Isotropic(p) => p.mean_cosine(),
+            Self::HenyeyGreenstein(p) => p.mean_cosine(),
+            Self::Rayleigh(p) => p.mean_cosine(),
+        }
+    }
+}
+
+impl PhaseKind for BlendedPhase {
+    fn at_cos(&self, cos: f32) -> f32 {
+        self.parts.iter().filter(|(w, _)| *w > 0.0).map(|(w, p)| w * p.at_cos(cos)).sum()
+    }
+
+    fn sample_cos(&self, u: f32) -> f32 {
+        let (mut left, mut last) = (u, &self.parts[0].1);
+        for (weight, phase) in self.parts.iter().filter(|(w, _)| *w > 0.0) {
+            if left < *weight {
+                return phase.sample_cos(left / weight);
+            }
+            (left, last) = (left - weight, phase);
+        }
+        last.sample_cos(1.0 - f32::EPSILON)
+    }
+
+    fn mean_cosine(&self) -> f32 {
+        self.parts.iter().map(|(w, p)| w * p.mean_cosine()).sum()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,6 +279,17 @@ mod tests {
         }
         assert!((mean(Rayleigh, |c| c * c) - 0.4).abs() < 1e-4);
         assert!(mean(Rayleigh, |c| c).abs() < 1e-5 && mean(Isotropic, |c| c).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_blend_has_the_blend_of_the_cosines() {
+        let g = |g: f32| PurePhase::HenyeyGreenstein(HenyeyGreenstein::new(g));
+        let blend = BlendedPhase::new(&[(3.0, g(0.8)), (1.0, g(-0.4)), (-1.0, g(0.9))]).unwrap();
+        assert!((blend.mean_cosine() - 0.5).abs() < 1e-6);
+        assert!((mean(blend, |c| c) - 0.5).abs() < 1e-3);
+        assert!(
+            BlendedPhase::new(&[(0.0, g(0.1))]).is_none() && BlendedPhase::new(&[(1.0, g(0.1)); 5]).is_none()
+        );
     }
 
     #[test]

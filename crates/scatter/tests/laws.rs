@@ -5,10 +5,11 @@ use std::sync::Arc;
 use spectrum::Spectrum;
 use steradian_scatter::microfacet::Facets;
 use steradian_scatter::{
-    Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, CompensatedConductor, Conductor,
-    Dielectric, Diffuse, DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, Measured, MeasuredTable,
-    MetallicRoughness, MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters,
-    PrincipledThin, Rayleigh, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
+    BlendedPhase, Bsdf, BsdfKind, Coat, CoatProfile, CoatedConductor, CoatedDiffuse, CompensatedConductor,
+    Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HenyeyGreenstein, Isotropic, Measured,
+    MeasuredTable, MetallicRoughness, MetallicRoughnessParameters, OrenNayar, Plastic, Principled,
+    PrincipledParameters, PrincipledThin, PurePhase, Rayleigh, SoftBorder, ThinDielectric, ThinParameters,
+    TintedDielectric, TransportMode,
 };
 use testkit::{bsdf_laws, phase_laws};
 
@@ -102,6 +103,13 @@ fn measured(alpha: [f32; 2]) -> Measured {
     Measured::new(Arc::new(table), [0.0, 1.0, 2.0, 0.5])
 }
 
+/// Droplets, molecules, and dust that throws light back.
+fn haze() -> BlendedPhase {
+    let [forward, backward] = [0.8, -0.3].map(|g| PurePhase::HenyeyGreenstein(HenyeyGreenstein::new(g)));
+    let (rayleigh, none) = (PurePhase::Rayleigh(Rayleigh), PurePhase::Isotropic(Isotropic));
+    BlendedPhase::new(&[(1.5, forward), (0.75, rayleigh), (0.0, none), (0.75, backward)]).expect("four parts")
+}
+
 bsdf_laws! {
     diffuse: Diffuse::new(RED);
     diffuse_transmission: DiffuseTransmission::new(RED, Spectrum::from_rgb([0.1, 0.5, 0.3]));
@@ -180,6 +188,7 @@ phase_laws! {
     forward: HenyeyGreenstein::new(0.85);
     backward: HenyeyGreenstein::new(-0.4);
     rayleigh: Rayleigh;
+    blended: haze();
 }
 
 /// A kind without laws is no kind: every member of the closed set stands on a line above, by its constructor.

@@ -27,17 +27,19 @@ pub use material::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, Masking, MaterialDesc, MaterialKind,
     NormalLayout, Roughness, SubsurfaceProfile, Tint,
 };
-pub use medium::{GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc};
+pub use medium::{
+    GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc, PhasePart,
+};
 pub use principled::{MetallicRoughnessDesc, PrincipledDesc, ThinSheet};
 pub use prototypes::{Prototypes, prototypes};
 pub use shape::{
-    BilinearMesh, CurveDesc, CurveKind, Geometry, InstanceDesc, LoopSubdiv, MeshAttribute, MeshDesc,
-    ObjectDesc, ShapeDesc,
+    BilinearMesh, CurveDesc, CurveKind, DisplacementDesc, Geometry, InstanceDesc, LoopSubdiv, MeshAttribute,
+    MeshDesc, ObjectDesc, ShapeDesc,
 };
 pub use spectrum::{ColorSpaceName, SpectrumDesc};
 pub use texture::{
-    FloatInput, ImageDesc, ImageEncoding, ImageFilter, Mapping2d, SpectrumInput, TextureDesc, TextureInput,
-    TextureKind, TextureNode, WrapMode,
+    FloatInput, ImageDesc, ImageEncoding, ImageFilter, ImageTile, Mapping2d, SpectrumInput, TextureDesc,
+    TextureInput, TextureKind, TextureNode, WrapMode,
 };
 
 use schemars::JsonSchema;

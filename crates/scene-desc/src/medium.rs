@@ -146,7 +146,7 @@ pub enum GridEmission {
 }
 
 /// Phase functions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseDesc {
     /// The same in all directions.
@@ -155,6 +155,22 @@ pub enum PhaseDesc {
     HenyeyGreenstein(f32),
     /// Particles much smaller than the wavelength.
     Rayleigh,
+    /// A sum of up to [`PhaseDesc::MOST_PARTS`] others that are no sums.
+    Blend(Vec<PhasePart>),
+}
+
+impl PhaseDesc {
+    /// Parts of a sum.
+    pub const MOST_PARTS: usize = 4;
+}
+
+/// A part of a sum of phase functions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PhasePart {
+    /// Its share of the light; shares are taken in proportion to their sum.
+    pub weight: f32,
+    /// Where that light goes.
+    pub phase: PhaseDesc,
 }
 
 /// The media on both sides of a surface; `None` is vacuum.

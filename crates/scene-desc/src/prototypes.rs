@@ -183,8 +183,14 @@ fn textures() -> Vec<TextureNode> {
             variation: 0.2,
             texture_from_world: identity,
         },
+        TextureNode::Triplanar {
+            planes: [number(1.0), number(1.0), number(1.0)],
+            sharpness: 4.0,
+            texture_from_world: identity,
+        },
         TextureNode::ImageMap {
             image: ImageId(0),
+            tiles: Vec::new(),
             mapping: mapping(),
             wrap: [WrapMode::default(); 2],
             filter: ImageFilter::default(),

@@ -22,6 +22,9 @@ pub struct ShapeDesc {
     pub material: MaterialId,
     /// The chance that it is there at all: cut-outs.
     pub alpha: Option<FloatInput>,
+    /// How far its surface is moved; of meshes of triangles alone.
+    #[serde(default)]
+    pub displacement: Option<DisplacementDesc>,
     /// What it emits.
     pub area_light: Option<AreaLightDesc>,
     /// What is on both sides; `None` where it is no border of media.
@@ -29,6 +32,15 @@ pub struct ShapeDesc {
     /// Where it was written.
     #[serde(skip)]
     pub span: Span,
+}
+
+/// A relief: the mesh is cut into small triangles, whose corners are moved along the normal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DisplacementDesc {
+    /// How far, in object space.
+    pub height: FloatInput,
+    /// No edge of a triangle is longer, in world space, before corners are moved.
+    pub edge_length: f32,
 }
 
 /// Forms.

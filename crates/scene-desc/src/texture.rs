@@ -198,10 +198,34 @@ pub enum TextureNode {
         /// To noise space.
         texture_from_world: Transform,
     },
+    /// Three textures, each seen along an axis of texture space, blended by where the surface faces.
+    Triplanar {
+        /// Along x, y and z; their (u, v) are (y, z), (z, x) and (x, y).
+        planes: [TextureInput; 3],
+        /// Each counts by the cosine between the normal and its axis, to this power.
+        sharpness: f32,
+        /// To texture space.
+        texture_from_world: Transform,
+    },
+    /// Points of a grid, trilinear in between: of the unit cube of texture space, each at the centre of its cell.
+    Volume {
+        /// Points along x, y and z; their product is the number of values.
+        resolution: [u32; 3],
+        /// Linear R, G, B, x fastest.
+        values: Arc<[[f32; 3]]>,
+        /// Beyond the cube: [`WrapMode::Black`] is zero.
+        wrap: WrapMode,
+        /// To texture space.
+        texture_from_world: Transform,
+    },
     /// An image file.
     ImageMap {
-        /// Which.
+        /// Which; the first of them, if there are tiles.
         image: ImageId,
+        /// Images side by side (UDIM): (s, t) falls into one of them; `wrap` does not count, and there is black in between.
+        /// Empty for one image.
+        #[serde(default)]
+        tiles: Vec<ImageTile>,
         /// Of the surface; v runs upwards, as in pbrt.
         mapping: Mapping2d,
         /// Beyond the borders, along s and along t.
@@ -215,6 +239,15 @@ pub enum TextureNode {
         /// `1 − value` (after the factor, as in pbrt-v4)?
         invert: bool,
     },
+}
+
+/// A square of a set of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ImageTile {
+    /// Its lower left corner in (s, t).
+    pub at: [u32; 2],
+    /// What is on it.
+    pub image: ImageId,
 }
 
 /// An image file, held once however many textures use it.

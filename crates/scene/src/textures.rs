@@ -11,6 +11,7 @@ mod node;
 mod noise;
 mod pattern;
 mod pyramid;
+mod space;
 mod spectra;
 mod texture_image;
 

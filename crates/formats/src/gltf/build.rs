@@ -231,6 +231,7 @@ impl Build<'_, '_, '_> {
                 reverse_orientation: false,
                 material: look.material,
                 alpha: None,
+                displacement: None,
                 area_light: look.area_light,
                 medium_interface: look.medium.map(|m| MediumInterface { inside: Some(m), outside: None }),
                 span: self.file.span,

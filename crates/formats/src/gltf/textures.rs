@@ -42,6 +42,7 @@ impl Materials<'_, '_, '_> {
         let (mapping, wrap) = (self.mapping(info), self.wraps(info));
         Some(TextureNode::ImageMap {
             image,
+            tiles: Vec::new(),
             mapping,
             wrap,
             filter,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use math::{AnimatedTransform, Transform, Vec3};
 use scene_desc::{
-    ImageDesc, ImageEncoding, ImageId, MaterialId, MediumId, MeshDesc, ObjectId, SceneDesc, Span, TextureId,
-    TextureKind,
+    ImageDesc, ImageEncoding, ImageId, ImageTile, MaterialId, MediumId, MeshDesc, ObjectId, SceneDesc, Span,
+    TextureId, TextureKind,
 };
 
 use super::meshes::MeshKey;
@@ -328,6 +328,27 @@ impl<'t> Build<'t, '_, '_> {
             return self.refuse(node.span, format!("{} has no \"filename\"", node.title()), hint);
         };
         self.image_at(&node.resolve(&name), node.span_of("filename"), encoding)
+    }
+
+    /// The image that `filename` names, or those of a set of tiles: the first of them, and all.
+    pub(super) fn images_of(
+        &mut self,
+        node: &Node,
+        encoding: ImageEncoding,
+    ) -> Option<(ImageId, Vec<ImageTile>)> {
+        let name = node.find("filename").map(|p| &p.value);
+        let Some(Value::Text(name)) = name.filter(|v| matches!(v, Value::Text(n) if n.contains("<UDIM>")))
+        else {
+            return Some((self.image(node, encoding)?, Vec::new()));
+        };
+        let span = node.span_of("filename");
+        node.accept(&["filename"]);
+        let files = resources::tiles(&node.resolve(name), span, self.report)?;
+        let tile = |(at, path): ([u32; 2], _)| {
+            Some(ImageTile { at, image: self.image_at(Path::new(&path), span, encoding)? })
+        };
+        let tiles = files.into_iter().map(tile).collect::<Option<Vec<_>>>()?;
+        Some((tiles.first()?.image, tiles))
     }
 
     pub(super) fn image_at(&mut self, path: &Path, span: Span, encoding: ImageEncoding) -> Option<ImageId> {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use math::{Transform, Vec3};
 use scene_desc::{
     ColorSpaceName, GridBorder, GridEmission, GridLayout, MediumDesc, MediumId, MediumKind, PhaseDesc,
-    SpectrumDesc,
+    PhasePart, SpectrumDesc,
 };
 
 use super::build::Build;
 use super::text;
-use super::tree::{Class, Node, NodeId};
+use super::tree::{Class, Node, NodeId, Value};
 use super::volumes::{Grid, Volume};
 use crate::suggest;
 
@@ -193,6 +193,7 @@ impl<'t> Build<'t, '_, '_> {
                 }
                 PhaseDesc::HenyeyGreenstein(g)
             }
+            "blendphase" => self.blend_phase(node),
             name if PHASES.contains(&name) => {
                 self.unsupported(node, "light scatters evenly in all directions");
                 PhaseDesc::Isotropic
@@ -204,6 +205,64 @@ impl<'t> Build<'t, '_, '_> {
         };
         self.unused(node);
         made
+    }
+}
+
+impl<'t> Build<'t, '_, '_> {
+    /// `weight` is the share of the second; blends within blends are written out.
+    fn blend_phase(&mut self, node: &'t Node) -> PhaseDesc {
+        let mut shares = [0.5; 2];
+        if node.find("weight").is_some_and(|p| matches!(p.value, Value::Object(_) | Value::Ref(_))) {
+            match self.volume(node, "weight", 0.5) {
+                Volume::Constant([w, ..]) => shares = [1.0 - w, w],
+                Volume::Grid { .. } => {
+                    self.report
+                        .warning(
+                            node.span_of("weight"),
+                            "a blend of phase functions that varies is not supported",
+                        )
+                        .hint("they are blended half and half");
+                }
+            }
+        } else {
+            let w = self.float(node, "weight", 0.5);
+            if !(0.0..=1.0).contains(&w) {
+                self.report
+                    .error(node.span_of("weight"), format!("\"weight\" is {w}"))
+                    .hint("expected 0 to 1");
+            }
+            shares = [1.0 - w, w];
+        }
+        let mut phases = Vec::new();
+        for (_, child, _) in self.children(node) {
+            match child.class {
+                Class::Phase => phases.push(self.phase(child)),
+                Class::Volume | Class::Texture => {}
+                _ => self.misplaced(child, node),
+            }
+        }
+        if phases.len() != 2 {
+            self.report
+                .error(node.span, format!("a blend of {} phase functions", phases.len()))
+                .hint("expected two <phase> elements in it");
+            return PhaseDesc::Isotropic;
+        }
+        let mut parts = Vec::new();
+        for (share, phase) in shares.into_iter().zip(phases) {
+            match phase {
+                PhaseDesc::Blend(inner) => {
+                    parts.extend(inner.into_iter().map(|p| PhasePart { weight: p.weight * share, ..p }));
+                }
+                phase => parts.push(PhasePart { weight: share, phase }),
+            }
+        }
+        if parts.len() > PhaseDesc::MOST_PARTS {
+            self.report
+                .warning(node.span, format!("a blend of {} phase functions is not supported", parts.len()))
+                .hint(format!("light scatters as by the first {} of them", PhaseDesc::MOST_PARTS));
+            parts.truncate(PhaseDesc::MOST_PARTS);
+        }
+        PhaseDesc::Blend(parts)
     }
 }
 

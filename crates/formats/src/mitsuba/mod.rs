@@ -13,7 +13,7 @@
 //! | shapes      | cube, rectangle, sphere, disk, cylinder, obj, ply, serialized, bsplinecurve, linearcurve, hair, shapegroup, instance, merge |
 //! | BSDFs       | diffuse, (rough)conductor, (thin-, rough)dielectric, (rough)plastic, principled(thin), hair, measured, blendbsdf, mask, bumpmap, normalmap, twosided, null |
 //! | emitters    | area, constant, envmap, point, spot, projector, directional, sky, sun, sunsky                   |
-//! | textures    | bitmap, checkerboard, mesh_attribute; spectra: uniform, d65, srgb, blackbody, regular, irregular                |
+//! | textures    | bitmap (with `<UDIM>`), checkerboard, mesh_attribute, volume; spectra: uniform, d65, srgb, blackbody, regular, irregular                |
 //! | sensors     | perspective, thinlens, orthographic                                                             |
 //! | integrators | path, volpath, direct, ptracer and their kin; moment, aov and others around them                |
 #![allow(

@@ -141,6 +141,7 @@ impl<'t> Build<'t, '_, '_> {
                 reverse_orientation: form.flip != flip,
                 material: attached.material,
                 alpha: None,
+                displacement: None,
                 area_light: attached.light.clone(),
                 medium_interface: attached.media,
                 span: node.span,

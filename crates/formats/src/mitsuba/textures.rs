@@ -12,6 +12,7 @@ use scene_desc::{
 use super::build::Build;
 use super::spectra::{PLUGINS, Spectral};
 use super::tree::{Class, Node, NodeId, Value};
+use super::volumes::Volume;
 
 /// Textures that are known, supported or not.
 const NAMES: [&str; 8] = [
@@ -196,7 +197,8 @@ impl<'t> Build<'t, '_, '_> {
                 let scale = self.float(node, "scale", 1.0);
                 Some(TextureNode::Attribute { name, scale })
             }
-            "vertexcolors" | "volume" | "gridtexture" | "curvature" => {
+            "volume" => self.volume_texture(node),
+            "vertexcolors" | "gridtexture" | "curvature" => {
                 self.unsupported(node, "grey of one half stands in");
                 Some(TextureNode::Constant(TextureInput::Float(0.5)))
             }
@@ -269,16 +271,30 @@ impl<'t> Build<'t, '_, '_> {
         let max_anisotropy = self.float(node, "max_anisotropy", 20.0);
         node.accept(&["format", "accel", "cache", "wrap_mode_u", "wrap_mode_v"]);
         let wrap = [wrap; 2];
-        let image = self.image(node, encoding)?;
+        let (image, tiles) = self.images_of(node, encoding)?;
         let mapping = self.uv_transform(node).upwards().mapping();
         Some(TextureNode::ImageMap {
             image,
+            tiles,
             mapping,
             wrap,
             filter,
             max_anisotropy,
             scale: 1.0,
             invert: false,
+        })
+    }
+
+    /// A volume as a surface shows it.
+    fn volume_texture(&mut self, node: &'t Node) -> Option<TextureNode> {
+        Some(match self.volume(node, "volume", 0.5) {
+            Volume::Constant(rgb) => TextureNode::Constant(TextureInput::Spectrum(SpectrumDesc::srgb(rgb))),
+            Volume::Grid { grid, world_from_grid, repeats } => TextureNode::Volume {
+                resolution: grid.resolution,
+                values: grid.values.into(),
+                wrap: if repeats { WrapMode::Repeat } else { WrapMode::Clamp },
+                texture_from_world: world_from_grid.inverse(),
+            },
         })
     }
 

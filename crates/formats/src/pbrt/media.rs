@@ -3,21 +3,22 @@
 //! Coefficients by name are measured values in 1/mm, for R, G, B, of [Jensen2001] and [Narasimhan2006], as pbrt-v4
 //! lists them. Coefficients are per unit of world space, whatever a medium's transform.
 //!
-//! Departs from pbrt-v4: what a grid of colours emits is measured as a light's colour is. Left out: `NanoVDB` files.
+//! Departs from pbrt-v4: what a grid of colours emits is measured as a light's colour is.
 
 use std::sync::Arc;
 
-use math::Vec3;
+use math::{Transform, Vec3};
 use scene_desc::{
     GridBorder, GridEmission, GridLayout, MediumDesc, MediumId, MediumKind, PhaseDesc, SpectrumDesc,
 };
 use spectrum::{MeasuredMedium, measured_media};
 
 use super::build::Build;
+use super::nanovdb;
 use super::params::{Params, Type};
 use super::spectra::Role;
 use super::state::{Entity, NamedEntity};
-use crate::suggest;
+use crate::{source, suggest};
 
 /// Most points of a grid along an axis.
 const MOST_POINTS: u32 = 1 << 16;
@@ -25,29 +26,24 @@ const MOST_POINTS: u32 = 1 << 16;
 impl Build<'_, '_> {
     pub(super) fn media(&mut self, media: Vec<NamedEntity>) {
         for NamedEntity { name, entity } in media {
-            let Some(kind) = self.medium_kind(&entity) else { continue };
+            let Some((kind, place)) = self.medium_kind(&entity) else { continue };
             let phase = PhaseDesc::HenyeyGreenstein(self.asymmetry(&entity.params));
-            if let MediumKind::Unsupported(kind) = &kind {
-                self.report
-                    .warning(entity.span, format!("medium \"{name}\" of type \"{kind}\" is not supported"))
-                    .hint("it is treated as empty space; a \"uniformgrid\" can hold the same values");
-            } else {
-                entity.params.report_unused(&format!("medium \"{}\"", entity.kind), self.report);
-            }
-            let world_from_medium = *self.fixed(&entity.ctm, "a medium", entity.span).start_ref();
+            entity.params.report_unused(&format!("medium \"{}\"", entity.kind), self.report);
+            let world_from_medium = self.fixed(&entity.ctm, "a medium", entity.span).start() * place;
             let id = MediumId(u32::try_from(self.scene.media.len()).unwrap_or(u32::MAX));
             self.media.insert(name.clone(), id);
             self.scene.media.push(MediumDesc { name, kind, phase, world_from_medium, span: entity.span });
         }
     }
 
-    fn medium_kind(&mut self, entity: &Entity) -> Option<MediumKind> {
-        match entity.kind.as_str() {
+    /// What it is, and where its own space lies in that of the file.
+    fn medium_kind(&mut self, entity: &Entity) -> Option<(MediumKind, Transform)> {
+        let kind = match entity.kind.as_str() {
             "homogeneous" => Some(self.homogeneous(&entity.params)),
             "uniformgrid" => self.uniform_grid(entity),
             "rgbgrid" => self.rgb_grid(entity),
             "cloud" => Some(self.cloud(&entity.params)),
-            "nanovdb" => Some(MediumKind::Unsupported(entity.kind.clone())),
+            "nanovdb" => return self.nanovdb(entity),
             "heterogeneous" => {
                 let old = "medium type \"heterogeneous\"";
                 super::parser::old_syntax(self.report, entity.span, old, "\"uniformgrid\"");
@@ -58,7 +54,60 @@ impl Build<'_, '_> {
                 let hint = suggest::hint(name, &names);
                 self.refuse(entity.span, format!("unknown medium type \"{name}\""), hint)
             }
-        }
+        };
+        kind.map(|kind| (kind, Transform::IDENTITY))
+    }
+
+    /// The grids "density" and, if it is there, "temperature" of a file.
+    fn nanovdb(&mut self, entity: &Entity) -> Option<(MediumKind, Transform)> {
+        let p = &entity.params;
+        let Some((name, span)) = p.string_opt("filename", self.report) else {
+            let hint = "add \"string filename\" \"….nvdb\"";
+            return self.refuse(entity.span, "medium \"nanovdb\" has no \"filename\"", hint);
+        };
+        let path = self.resolve(&name);
+        let file = match source::read(&path) {
+            Ok(file) => file,
+            Err(e) => {
+                return self.refuse(span, format!("{} cannot be read: {e}", path.display()), e.hint());
+            }
+        };
+        self.hashes.push(file.hash);
+        let grids = ["density", "temperature"].map(|name| nanovdb::grid(&file.bytes, name));
+        let (density, heat) = match grids {
+            [Ok(Some(density)), Ok(heat)] => (density, heat),
+            [Ok(None), _] => {
+                let message = format!("{} has no grid \"density\"", path.display());
+                return self.refuse(
+                    span,
+                    message,
+                    "pbrt asks for grids by the names density and temperature",
+                );
+            }
+            [Err(e), _] | [_, Err(e)] => {
+                return self.refuse(span, format!("{}: {e}", path.display()), "is it the right file?");
+            }
+        };
+        let (sigma_a, sigma_s) = self.coefficients(p);
+        let factor = p.float("Lescale", 1.0, self.report);
+        let (offset, heat_scale) = self.temperature_scale(p);
+        let emission = heat.map_or(GridEmission::None, |heat| {
+            let kelvin = density.sampled(&heat);
+            GridEmission::Temperature { kelvin, offset, scale: heat_scale, factor }
+        });
+        let layout =
+            GridLayout { resolution: density.resolution, bounds: density.bounds(), border: GridBorder::Zero };
+        let scale = self.factor(p, "scale");
+        let place = density.place;
+        let density = density.values.into();
+        Some((MediumKind::Grid { layout, density, sigma_a, sigma_s, scale, emission }, place))
+    }
+
+    /// What temperatures are shifted and multiplied by.
+    fn temperature_scale(&mut self, p: &Params) -> (f32, f32) {
+        let old_offset = p.float("temperaturecutoff", 0.0, self.report);
+        let offset = p.float("temperatureoffset", old_offset, self.report);
+        (offset, p.float("temperaturescale", 1.0, self.report))
     }
 
     fn homogeneous(&mut self, p: &Params) -> MediumKind {
@@ -80,9 +129,7 @@ impl Build<'_, '_> {
         let le = self.spectrum(p, "Le", Role::Illuminant);
         let le_scale = self.values(entity, "Lescale", &layout)?;
         let kelvin = self.values(entity, "temperature", &layout)?;
-        let old_offset = p.float("temperaturecutoff", 0.0, self.report);
-        let offset = p.float("temperatureoffset", old_offset, self.report);
-        let scale = p.float("temperaturescale", 1.0, self.report);
+        let (offset, scale) = self.temperature_scale(p);
         if let (Some(_), Some(_)) = (&le, &kelvin) {
             let message = "medium \"uniformgrid\" has both \"Le\" and \"temperature\"";
             return self.refuse(entity.span, message, "only one of them can say what glows");

@@ -25,6 +25,7 @@ mod integrator;
 mod lights;
 mod materials;
 mod media;
+mod nanovdb;
 mod resources;
 mod shapes;
 mod spectra;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
-use scene_desc::{ColorSpaceName, ImageDesc, ImageEncoding, ImageId, Span};
+use scene_desc::{ColorSpaceName, ImageDesc, ImageEncoding, ImageId, ImageTile, Span};
 
 use super::build::Build;
 use super::params::Params;
@@ -21,6 +21,27 @@ impl Build<'_, '_> {
     /// The image in a file; a file that is not there is an error at `span`.
     pub(super) fn image(&mut self, name: &str, span: Span, encoding: ImageEncoding) -> Option<ImageId> {
         let path = self.resolve(name);
+        self.image_at(path, span, encoding)
+    }
+
+    /// The image in a file, or the images in the files of a set of tiles: the first of them, and all.
+    pub(super) fn images_of(
+        &mut self,
+        name: &str,
+        span: Span,
+        encoding: ImageEncoding,
+    ) -> Option<(ImageId, Vec<ImageTile>)> {
+        let path = self.resolve(name);
+        let files = resources::tiles(&path, span, self.report)?;
+        if files.is_empty() {
+            return Some((self.image_at(path, span, encoding)?, Vec::new()));
+        }
+        let tile = |(at, path)| Some(ImageTile { at, image: self.image_at(path, span, encoding)? });
+        let tiles = files.into_iter().map(tile).collect::<Option<Vec<_>>>()?;
+        Some((tiles.first()?.image, tiles))
+    }
+
+    fn image_at(&mut self, path: PathBuf, span: Span, encoding: ImageEncoding) -> Option<ImageId> {
         // pbrt asks for an encoding in PNG files alone: other 8-bit images are sRGB, the rest is linear.
         let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         let encoding = if is_png { encoding } else { ImageEncoding::Auto };

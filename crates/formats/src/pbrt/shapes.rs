@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use math::Vec3;
 use scene_desc::{
-    AreaLightDesc, BilinearMesh, FloatInput, Geometry, LoopSubdiv, MaterialId, MaterialKind, MeshDesc,
-    ShapeDesc, Span,
+    AreaLightDesc, BilinearMesh, DisplacementDesc, FloatInput, Geometry, LoopSubdiv, MaterialId,
+    MaterialKind, MeshDesc, ShapeDesc, Span,
 };
 
 use super::build::Build;
@@ -34,6 +34,7 @@ impl Build<'_, '_> {
             let alpha = self.alpha(&shape.entity.params);
             let geometry = self.geometry(&mut shape.entity, &plys);
             let Some(geometry) = geometry else { continue };
+            let displacement = self.displacement(&shape.entity);
             shape.entity.params.report_unused(&format!("shape \"{}\"", shape.entity.kind), self.report);
             let Some(material) = self.shape_material(&shape.material, unnamed) else { continue };
             let area_light = self.shape_light(&shape, material, area_lights);
@@ -50,6 +51,7 @@ impl Build<'_, '_> {
                     reverse_orientation: shape.reverse_orientation,
                     material,
                     alpha: alpha.clone(),
+                    displacement: displacement.clone(),
                     area_light: area_light.clone(),
                     medium_interface,
                     span: shape.entity.span,
@@ -240,16 +242,31 @@ impl Build<'_, '_> {
             let hint = "add \"string filename\" \"…\"";
             return self.refuse(entity.span, "shape \"plymesh\" has no \"filename\"", hint);
         };
-        p.accept(&[("displacement.edgelength", Type::Float), ("edgelength", Type::Float)]);
-        if let Some(displacement) = p.find("displacement", &[Type::Texture]) {
-            self.report
-                .warning(displacement.span, "displacement of meshes is not supported")
-                .hint("the mesh is rendered as it is in its file");
-        }
         let ply = plys.get(&self.resolve(&name))?.as_ref()?;
+        if p.find("displacement", &[Type::Texture]).is_some() {
+            let quads = ply.patches.iter().map(|patches| Arc::new(triangles(patches)));
+            return Some(ply.mesh.clone().into_iter().chain(quads).map(Geometry::Mesh).collect());
+        }
         let mesh = ply.mesh.clone().map(Geometry::Mesh);
         let patches = ply.patches.clone().map(Geometry::BilinearMesh);
         Some(mesh.into_iter().chain(patches).collect())
+    }
+
+    /// How the mesh of a file is moved.
+    fn displacement(&mut self, entity: &Entity) -> Option<DisplacementDesc> {
+        let p = &entity.params;
+        if entity.kind != "plymesh" {
+            return None;
+        }
+        let names = ["displacement.edgelength", "edgelength"];
+        let given = names.into_iter().find(|n| p.span_of(n).is_some());
+        let edge_length = given.map_or(1.0, |name| p.float(name, 1.0, self.report));
+        let height = self.float_input(p, "displacement")?;
+        if edge_length > 0.0 {
+            return Some(DisplacementDesc { height, edge_length });
+        }
+        let at = given.and_then(|name| p.span_of(name)).unwrap_or(entity.span);
+        self.refuse(at, format!("edges of length {edge_length}"), "it must be above 0")
     }
 
     fn sphere(&mut self, p: &Params, span: Span) -> Option<Geometry> {
@@ -299,4 +316,11 @@ impl Build<'_, '_> {
         }
         phi.min(360.0)
     }
+}
+
+/// Patches cut along a diagonal.
+fn triangles(patches: &BilinearMesh) -> MeshDesc {
+    let BilinearMesh { positions, normals, uvs, indices } = patches.clone();
+    let indices = indices.into_iter().flat_map(|[a, b, c, d]| [[a, b, d], [a, d, c]]).collect();
+    MeshDesc { positions, normals, uvs, indices, ..MeshDesc::default() }
 }

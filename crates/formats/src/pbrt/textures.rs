@@ -1,4 +1,5 @@
-//! `Texture`: constant, scale, mix, directionmix, checkerboard, bilerp, dots, fbm, wrinkled, windy, marble, imagemap.
+//! `Texture`: constant, scale, mix, directionmix, checkerboard, bilerp, dots, fbm, wrinkled, windy, marble, imagemap; and
+//! `triplanar`, which is ours alone. A `filename` with `<UDIM>` in it is a set of tiles (ours alone as well).
 
 use math::{Dir, Transform, Vec3};
 use scene_desc::{
@@ -11,7 +12,7 @@ use super::params::{Params, Type};
 use super::state::{Entity, TextureEntity};
 use crate::suggest;
 
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
     "bilerp",
     "checkerboard",
     "constant",
@@ -23,6 +24,7 @@ const NAMES: [&str; 13] = [
     "mix",
     "ptex",
     "scale",
+    "triplanar",
     "windy",
     "wrinkled",
 ];
@@ -86,6 +88,7 @@ impl Build<'_, '_> {
                     .hint("a constant 0.5 stands in for it");
                 return Some(TextureNode::Constant(TextureInput::Float(0.5)));
             }
+            "triplanar" => self.triplanar(entity, kind),
             "fbm" | "wrinkled" | "windy" | "marble" => self.noise(entity, kind)?,
             name => {
                 let hint = suggest::hint(name, &NAMES);
@@ -130,6 +133,14 @@ impl Build<'_, '_> {
             b: self.texture_input(p, "tex2", kind, 1.0),
             dir: Dir::normalize(world_from_texture.vector(dir)).0,
         }
+    }
+
+    /// Ours, not pbrt's: three textures, each seen along an axis of the texture's space.
+    fn triplanar(&mut self, entity: &Entity, kind: TextureKind) -> TextureNode {
+        let p = &entity.params;
+        let planes = ["x", "y", "z"].map(|axis| self.texture_input(p, axis, kind, 1.0));
+        let sharpness = p.float("sharpness", 4.0, self.report);
+        TextureNode::Triplanar { planes, sharpness, texture_from_world: self.texture_from_world(entity) }
     }
 
     fn checkerboard(&mut self, entity: &Entity, kind: TextureKind) -> Option<TextureNode> {
@@ -221,8 +232,17 @@ impl Build<'_, '_> {
             let hint = "add \"string filename\" \"…\"";
             return self.refuse(entity.span, "texture \"imagemap\" has no \"filename\"", hint);
         };
-        let image = self.image(&file, span, encoding)?;
-        Some(TextureNode::ImageMap { image, mapping, wrap: [wrap; 2], filter, max_anisotropy, scale, invert })
+        let (image, tiles) = self.images_of(&file, span, encoding)?;
+        Some(TextureNode::ImageMap {
+            image,
+            tiles,
+            mapping,
+            wrap: [wrap; 2],
+            filter,
+            max_anisotropy,
+            scale,
+            invert,
+        })
     }
 
     /// One of several words.

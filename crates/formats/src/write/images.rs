@@ -1,7 +1,7 @@
 //! Images: copied as they are, or turned into pbrt's equal-area maps.
 
 use math::{Vec3, trig};
-use scene_desc::{ImageEncoding, ImageId, Span, SphericalMapping};
+use scene_desc::{ImageEncoding, ImageId, ImageTile, Span, SphericalMapping};
 
 use super::params::Params;
 use super::{WriteError, Writer};
@@ -24,6 +24,27 @@ impl Writer<'_, '_, '_> {
         let name = self.file(&format!("{}-{own}", id.0), &bytes)?;
         self.images.insert((id, false), name.clone());
         Ok(name)
+    }
+
+    /// Copies a set of tiles; gives the name of all, with the mark that stands for their numbers.
+    pub(super) fn tiles(&mut self, tiles: &[ImageTile], span: Span) -> Result<String, WriteError> {
+        self.otherwise(
+            span,
+            "set of images side by side",
+            "its name has <UDIM> in it, which we alone can read",
+        );
+        let mut pattern = String::new();
+        for tile in tiles {
+            let path = &self.scene.images[tile.image.index()].path;
+            let bytes =
+                std::fs::read(path).map_err(|source| WriteError::Io { path: path.clone(), source })?;
+            let kind = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
+            let first = tiles.first().map_or(0, |t| t.image.0);
+            let number = 1001 + tile.at[0] + 10 * tile.at[1];
+            let name = self.file(&format!("tiles-{first}.{number}.{kind}"), &bytes)?;
+            pattern = name.replace(&format!(".{number}."), ".<UDIM>.");
+        }
+        Ok(pattern)
     }
 
     /// How the image's numbers are to be read: pbrt asks in PNG files alone.

@@ -1,7 +1,9 @@
 //! `MakeNamedMedium`.
 
 use math::AnimatedTransform;
-use scene_desc::{GridBorder, GridEmission, GridLayout, MediumKind, PhaseDesc, Span, SpectrumDesc};
+use scene_desc::{
+    GridBorder, GridEmission, GridLayout, MediumKind, PhaseDesc, PhasePart, Span, SpectrumDesc,
+};
 
 use super::Writer;
 use super::params::Params;
@@ -11,9 +13,20 @@ impl Writer<'_, '_, '_> {
         for (i, medium) in self.scene.media.iter().enumerate() {
             let mut p = Params::default();
             let kind = self.medium(&mut p, &medium.kind, medium.span);
-            match medium.phase {
+            match &medium.phase {
                 PhaseDesc::Isotropic => {}
-                PhaseDesc::HenyeyGreenstein(g) => p.float_unless("g", g, 0.0),
+                PhaseDesc::HenyeyGreenstein(g) => p.float_unless("g", *g, 0.0),
+                PhaseDesc::Blend(parts) => {
+                    let all: f32 = parts.iter().map(|p| p.weight.max(0.0)).sum();
+                    let cosine = |p: &PhasePart| match p.phase {
+                        PhaseDesc::HenyeyGreenstein(g) => g * p.weight.max(0.0),
+                        PhaseDesc::Isotropic | PhaseDesc::Rayleigh | PhaseDesc::Blend(_) => 0.0,
+                    };
+                    let instead = "Henyey and Greenstein's of the same mean cosine is written";
+                    self.otherwise(medium.span, "blend of phase functions", instead);
+                    let g = parts.iter().map(cosine).sum::<f32>() / all.max(f32::MIN_POSITIVE);
+                    p.float_unless("g", g, 0.0);
+                }
                 PhaseDesc::Rayleigh => {
                     self.otherwise(medium.span, "Rayleigh phase function", "an even one is written");
                 }

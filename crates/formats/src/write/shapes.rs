@@ -58,7 +58,14 @@ impl Writer<'_, '_, '_> {
         if let Some(alpha) = self.alpha(shape) {
             Self::float_input(&mut p, "alpha", &alpha);
         }
-        let kind = self.geometry(&mut p, &shape.geometry)?;
+        let kind = match (&shape.geometry, &shape.displacement) {
+            (Geometry::Mesh(mesh), Some(displacement)) => {
+                Self::float_input(&mut p, "displacement", &displacement.height);
+                p.float("displacement.edgelength", displacement.edge_length);
+                self.ply_mesh(&mut p, mesh)?
+            }
+            (geometry, _) => self.geometry(&mut p, geometry)?,
+        };
         self.line(depth + 1, &format!("Shape \"{kind}\"{}", p.0));
         self.line(depth, "AttributeEnd");
         Ok(())
@@ -161,6 +168,10 @@ impl Writer<'_, '_, '_> {
             }
             return Ok("trianglemesh");
         }
+        self.ply_mesh(p, mesh)
+    }
+
+    fn ply_mesh(&mut self, p: &mut Params, mesh: &Arc<MeshDesc>) -> Result<&'static str, WriteError> {
         let key = Arc::as_ptr(mesh) as usize;
         let name = match self.meshes.get(&key) {
             Some(name) => name.clone(),

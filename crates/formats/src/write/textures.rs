@@ -78,6 +78,28 @@ impl Writer<'_, '_, '_> {
                 self.texture_input(p, "value", &TextureInput::Float(0.5), how);
                 "constant"
             }
+            TextureNode::Triplanar { planes, sharpness, texture_from_world } => {
+                self.otherwise(
+                    span,
+                    "texture seen along three axes",
+                    "a \"triplanar\" is written, which we alone can read",
+                );
+                for (name, plane) in ["x", "y", "z"].into_iter().zip(planes) {
+                    self.texture_input(p, name, plane, how);
+                }
+                p.float("sharpness", *sharpness);
+                *place = texture_from_world.inverse();
+                "triplanar"
+            }
+            TextureNode::Volume { values, .. } => {
+                self.otherwise(span, "texture of a volume", "its mean is written");
+                let sum = values.iter().fold([0.0_f64; 3], |s, v| [0, 1, 2].map(|c| s[c] + f64::from(v[c])));
+                let mean = sum.map(|s| (s / values.len().max(1) as f64) as f32);
+                let grey = TextureInput::Float((mean[0] + mean[1] + mean[2]) / 3.0);
+                let color = TextureInput::Spectrum(scene_desc::SpectrumDesc::srgb(mean));
+                self.texture_input(p, "value", if how.0 { &color } else { &grey }, how);
+                "constant"
+            }
             TextureNode::Mix { a, b, amount } => {
                 self.texture_input(p, "tex1", a, how);
                 self.texture_input(p, "tex2", b, how);
@@ -134,8 +156,8 @@ impl Writer<'_, '_, '_> {
                 *place = texture_from_world.inverse();
                 "marble"
             }
-            TextureNode::ImageMap { image, mapping, wrap, filter, max_anisotropy, scale, invert } => {
-                let name = self.image(*image)?;
+            TextureNode::ImageMap { image, tiles, mapping, wrap, filter, max_anisotropy, scale, invert } => {
+                let name = if tiles.is_empty() { self.image(*image)? } else { self.tiles(tiles, span)? };
                 p.string("filename", &name);
                 self.encoding(p, *image);
                 self.mapping(p, mapping, place, span);

@@ -372,6 +372,7 @@ mod tests {
                     reverse_orientation,
                     material: scene_desc::MaterialId(0),
                     alpha: None,
+                    displacement: None,
                     area_light: None,
                     medium_interface: None,
                     span: Span::NONE,

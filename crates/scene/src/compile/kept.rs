@@ -94,5 +94,9 @@ fn is_same_form(a: &ShapeDesc, b: &ShapeDesc) -> bool {
         (Geometry::Curve(a), Geometry::Curve(b)) => Arc::ptr_eq(a, b) || a == b,
         (a, b) => a == b,
     };
-    form && a.reverse_orientation == b.reverse_orientation && a.world_from_object == b.world_from_object
+    // What a relief looks like is a texture's affair.
+    let is_plain = a.displacement.is_none() && b.displacement.is_none();
+    form && is_plain
+        && a.reverse_orientation == b.reverse_orientation
+        && a.world_from_object == b.world_from_object
 }

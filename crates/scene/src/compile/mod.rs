@@ -3,6 +3,7 @@
 //! What is wrong is reported with its place, all of it, before `None` is returned; what cannot be rendered yet is a
 //! warning that says what is done instead.
 
+mod displace;
 mod emitters;
 mod geometry;
 mod kept;
@@ -51,17 +52,13 @@ pub fn recompile(
     sink: &mut Sink,
 ) -> Option<Scene> {
     let (kept_images, kept_world) = kept.map(|k| k.split(desc)).unzip();
+    let colors = color_pipeline(desc, options);
+    let displaced = displace::displaced(desc, colors, sink);
+    let desc = displaced.as_ref().unwrap_or(desc);
     let (resolution, crop) = film_bounds(desc, options, sink)?;
-    let camera = Camera::compile(&desc.camera, resolution).map(|c| c.with_border(desc.filter.reach()));
-    if camera.is_none() {
-        sink.error(desc.camera.span, "this camera has no meaning")
-            .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");
-    }
+    let camera = camera(desc, resolution, sink);
 
     // Looks and surfaces; then the images that they want.
-    let space = color_space(desc.film.color_space);
-    let mode = if options.spectral { ColorMode::Spectral } else { ColorMode::Rgb };
-    let colors = ColorPipeline { mode, space };
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
     let (media, medium_ids) = Media::compile(&desc.media, materials.interiors(), colors, compiler.sink());
@@ -95,7 +92,7 @@ pub fn recompile(
         lights,
         light_selector,
         camera,
-        sensor: sensor(desc, space),
+        sensor: sensor(desc, colors.space),
         settings: SceneSettings {
             resolution,
             crop,
@@ -111,6 +108,21 @@ pub fn recompile(
     };
     scene.place_lights(&declared);
     Some(scene)
+}
+
+/// How colours become lanes.
+fn color_pipeline(desc: &SceneDesc, options: &CompileOptions) -> ColorPipeline {
+    let mode = if options.spectral { ColorMode::Spectral } else { ColorMode::Rgb };
+    ColorPipeline { mode, space: color_space(desc.film.color_space) }
+}
+
+fn camera(desc: &SceneDesc, resolution: [u32; 2], sink: &mut Sink) -> Option<Camera> {
+    let camera = Camera::compile(&desc.camera, resolution).map(|c| c.with_border(desc.filter.reach()));
+    if camera.is_none() {
+        sink.error(desc.camera.span, "this camera has no meaning")
+            .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");
+    }
+    camera
 }
 
 /// Adds the lights that the scene declares, with the media that they stand in, then its emitting shapes.

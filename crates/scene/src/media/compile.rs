@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use math::{DVec3, Transform, Vec3};
-use scatter::{HenyeyGreenstein, Isotropic, PhaseFunction, Rayleigh};
+use scatter::{BlendedPhase, HenyeyGreenstein, Isotropic, PhaseFunction, PurePhase, Rayleigh};
 use scene_desc::{
     ColorSpaceName, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc, Sink, Span,
     SpectrumDesc,
@@ -33,7 +33,8 @@ impl Media {
             .iter()
             .map(|desc| {
                 let body = compiler.body(desc)?;
-                Some(media.add(Medium { phase: phase(desc.phase), is_interior: false, body }))
+                let phase = phase(&desc.phase, desc.span, compiler.sink);
+                Some(media.add(Medium { phase, is_interior: false, body }))
             })
             .collect();
         let of_materials = interiors
@@ -41,7 +42,7 @@ impl Media {
             .map(|interior| {
                 let Interior { sigma_a, sigma_s, g } = interior.clone()?;
                 let body = Body::Homogeneous(Homogeneous { sigma_a, sigma_s, le: SpectrumValue::ZERO });
-                let phase = phase(PhaseDesc::HenyeyGreenstein(g));
+                let phase = HenyeyGreenstein::new(g).into();
                 Some(media.add(Medium { phase, is_interior: true, body }))
             })
             .collect();
@@ -86,12 +87,26 @@ impl MediumIds {
     }
 }
 
-fn phase(desc: PhaseDesc) -> PhaseFunction {
-    match desc {
-        PhaseDesc::Isotropic => Isotropic.into(),
-        PhaseDesc::HenyeyGreenstein(0.0) => Isotropic.into(),
-        PhaseDesc::HenyeyGreenstein(g) => HenyeyGreenstein::new(g).into(),
-        PhaseDesc::Rayleigh => Rayleigh.into(),
+fn phase(desc: &PhaseDesc, span: Span, sink: &mut Sink) -> PhaseFunction {
+    let pure = |desc: &PhaseDesc| match desc {
+        PhaseDesc::Isotropic | PhaseDesc::HenyeyGreenstein(0.0) => Some(PurePhase::Isotropic(Isotropic)),
+        PhaseDesc::HenyeyGreenstein(g) => Some(PurePhase::HenyeyGreenstein(HenyeyGreenstein::new(*g))),
+        PhaseDesc::Rayleigh => Some(PurePhase::Rayleigh(Rayleigh)),
+        PhaseDesc::Blend(_) => None,
+    };
+    if let PhaseDesc::Blend(parts) = desc {
+        let parts: Option<Vec<_>> = parts.iter().map(|p| Some((p.weight, pure(&p.phase)?))).collect();
+        if let Some(blend) = parts.and_then(|parts| BlendedPhase::new(&parts)) {
+            return blend.into();
+        }
+        let most = PhaseDesc::MOST_PARTS;
+        sink.error(span, "this blend of phase functions makes no sense")
+            .hint(format!("expected 1 to {most} parts that are no blends, and a weight above 0"));
+    }
+    match pure(desc) {
+        Some(PurePhase::HenyeyGreenstein(p)) => p.into(),
+        Some(PurePhase::Rayleigh(p)) => p.into(),
+        Some(PurePhase::Isotropic(_)) | None => Isotropic.into(),
     }
 }
 

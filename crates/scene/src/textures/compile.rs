@@ -5,17 +5,17 @@ mod leaves;
 
 use math::Vec3;
 use scene_desc::{
-    FloatInput, ImageId, LightKind, Mapping2d, MeshDesc, SceneDesc, ShapeDesc, Sink, Span, SpectrumDesc,
-    SpectrumInput, TextureDesc, TextureInput, TextureKind, TextureNode,
+    FloatInput, ImageId, Mapping2d, MeshDesc, SceneDesc, Sink, Span, SpectrumDesc, SpectrumInput,
+    TextureDesc, TextureInput, TextureKind, TextureNode,
 };
 use spectrum::{ColorPipeline, SpectrumValue};
 
-use self::leaves::noise_of;
 use super::attributes::Attributes;
 use super::images::{ImageUse, Images, KeptImages};
 use super::mapping::{Mapping, Mapping3};
 use super::node::{Combine, FloatHandle, FloatNode, SpectrumHandle, SpectrumNode, Textures};
 use super::pattern::Marble;
+use super::space::Triplanar;
 use super::spectra::{SpectrumRole, spectrum_value};
 use crate::TextureId;
 
@@ -41,8 +41,15 @@ impl<'a> TextureCompiler<'a> {
     /// Of a scene, for a render's colours. The images of lights are loaded as well.
     #[must_use]
     pub fn new(scene: &'a SceneDesc, colors: ColorPipeline, sink: &'a mut Sink) -> Self {
+        let mut compiler = Self::of_surfaces(scene, colors, sink);
+        compiler.use_light_images();
+        compiler
+    }
+
+    /// The same without the images of lights.
+    pub(crate) fn of_surfaces(scene: &'a SceneDesc, colors: ColorPipeline, sink: &'a mut Sink) -> Self {
         let n = scene.textures.len();
-        let mut compiler = Self {
+        Self {
             scene,
             colors,
             sink,
@@ -52,9 +59,7 @@ impl<'a> TextureCompiler<'a> {
             attributes: Attributes::default(),
             float_of: vec![None; n],
             spectrum_of: vec![[const { None }; 3]; n],
-        };
-        compiler.use_light_images();
-        compiler
+        }
     }
 
     /// Where to report.
@@ -138,28 +143,6 @@ impl<'a> TextureCompiler<'a> {
         }
     }
 
-    fn use_light_images(&mut self) {
-        let scene = self.scene;
-        for light in &scene.lights {
-            match light.kind {
-                LightKind::InfiniteImage { image, .. } | LightKind::Projection { image, .. } => {
-                    self.use_image(image);
-                }
-                LightKind::Goniometric { image, .. } => image.into_iter().for_each(|i| self.use_image(i)),
-                LightKind::Point { .. }
-                | LightKind::Spot { .. }
-                | LightKind::Distant { .. }
-                | LightKind::Ies { .. }
-                | LightKind::InfiniteConstant { .. } => {}
-            }
-        }
-        let in_objects = scene.objects.iter().flat_map(|o| &o.shapes);
-        let image_of = |s: &ShapeDesc| s.area_light.as_ref().and_then(|l| l.image);
-        for image in scene.shapes.iter().chain(in_objects).filter_map(image_of) {
-            self.use_image(image);
-        }
-    }
-
     /// A texture, if it is there and earlier than `before`.
     fn texture(&mut self, id: scene_desc::TextureId, before: usize, span: Span) -> Option<&'a TextureDesc> {
         let scene = self.scene;
@@ -206,8 +189,12 @@ impl<'a> TextureCompiler<'a> {
         };
         let node = match &desc.node {
             TextureNode::Constant(value) => return operand(self, value),
-            TextureNode::ImageMap { .. } => match self.image_lookup(desc) {
-                Some(lookup) => FloatNode::Image(lookup),
+            TextureNode::ImageMap { .. }
+            | TextureNode::Volume { .. }
+            | TextureNode::Fbm { .. }
+            | TextureNode::Wrinkled { .. }
+            | TextureNode::Windy { .. } => match self.float_leaf(desc) {
+                Some(leaf) => leaf,
                 None => return FloatHandle::Constant(0.0),
             },
             TextureNode::Step { tex, edge } => match operand(self, tex) {
@@ -219,15 +206,13 @@ impl<'a> TextureCompiler<'a> {
             TextureNode::Attribute { name, scale } => {
                 FloatNode::Attribute { id: self.attributes.id(name), scale: *scale }
             }
+            TextureNode::Triplanar { planes, sharpness, texture_from_world } => {
+                let planes = planes.each_ref().map(|p| operand(self, p));
+                FloatNode::Triplanar(Triplanar::new(planes, *sharpness, texture_from_world))
+            }
             TextureNode::Marble { .. } => {
                 self.sink.error(span, "marble gives spectra, not numbers");
                 return FloatHandle::Constant(0.0);
-            }
-            TextureNode::Fbm { .. } | TextureNode::Wrinkled { .. } | TextureNode::Windy { .. } => {
-                match noise_of(&desc.node) {
-                    Some(noise) => FloatNode::Noise(noise),
-                    None => return FloatHandle::Constant(0.0),
-                }
             }
             TextureNode::Scale { .. }
             | TextureNode::Product { .. }
@@ -290,6 +275,14 @@ impl<'a> TextureCompiler<'a> {
             },
             TextureNode::Attribute { name, scale } => {
                 SpectrumNode::Attribute { id: self.attributes.id(name), scale: *scale, role }
+            }
+            TextureNode::Volume { .. } => match self.volume(desc) {
+                Some(volume) => SpectrumNode::Volume(volume, role),
+                None => return black(),
+            },
+            TextureNode::Triplanar { planes, sharpness, texture_from_world } => {
+                let planes = planes.each_ref().map(|p| operand(self, p));
+                SpectrumNode::Triplanar(Triplanar::new(planes, *sharpness, texture_from_world))
             }
             TextureNode::Step { .. } => {
                 let number = self.float_node(desc, index);
@@ -385,6 +378,8 @@ impl<'a> TextureCompiler<'a> {
             | TextureNode::Wrinkled { .. }
             | TextureNode::Windy { .. }
             | TextureNode::Marble { .. }
+            | TextureNode::Triplanar { .. }
+            | TextureNode::Volume { .. }
             | TextureNode::ImageMap { .. } => return None,
         })
     }
@@ -455,6 +450,7 @@ mod tests {
 
     fn map(filter: ImageFilter, scale: f32, invert: bool) -> TextureNode {
         TextureNode::ImageMap {
+            tiles: Vec::new(),
             image: ImageId(0),
             mapping: Mapping2d::default(),
             wrap: [WrapMode::Clamp; 2],
@@ -463,6 +459,38 @@ mod tests {
             scale,
             invert,
         }
+    }
+
+    #[test]
+    fn tiles_lie_side_by_side_with_black_where_there_is_none() {
+        let image = |value: u8| {
+            let pgm = image::Image::from_data(1, 1, vec!["Y".to_owned()], vec![f32::from(value)]).unwrap();
+            let bytes = image::encode(&pgm, image::Format::Exr, &image::SaveOptions::default()).unwrap();
+            ImageDesc {
+                path: format!("{value}.exr").into(),
+                encoding: ImageEncoding::Linear,
+                space: scene_desc::ColorSpaceName::Srgb,
+                channel: None,
+                embedded: Some(bytes.into()),
+                span: Span::NONE,
+            }
+        };
+        let tile = |at, image| scene_desc::ImageTile { at, image: ImageId(image) };
+        let tiles = vec![tile([0, 0], 0), tile([2, 0], 1), tile([1, 1], 2)];
+        let mut node = map(ImageFilter::Trilinear, 1.0, false);
+        if let TextureNode::ImageMap { tiles: all, .. } = &mut node {
+            *all = tiles;
+        }
+        let textures = vec![float(node)];
+        let scene = SceneDesc { textures, images: [3, 5, 7].map(image).to_vec(), ..SceneDesc::default() };
+        let mut sink = Sink::default();
+        let mut compiler = TextureCompiler::new(&scene, RGB, &mut sink);
+        let handle = compiler.float(&FloatInput::Texture(Id(0)), Span::NONE);
+        let textures = compiler.finish();
+        assert!(sink.diagnostics().is_empty(), "{sink:?}");
+        let value = |u, v| textures.float(&handle, &at(u, v));
+        assert_eq!([value(0.5, 0.1), value(2.01, 0.99), value(1.5, 1.5)], [3.0, 5.0, 7.0]);
+        assert_eq!([value(1.5, 0.5), value(-0.5, 0.5), value(0.5, 1.0)], [0.0; 3]);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use std::ops::{Add, Mul};
 
 use math::{Vec2, Vec3};
-use scene_desc::{ImageFilter, ImageId, WrapMode};
+use scene_desc::{ImageFilter, ImageId, ImageTile, WrapMode};
 use spectrum::{ColorPipeline, ColorSpace, Spectrum, SpectrumValue, Wavelengths};
 
 use super::attributes::{AttributeId, Attributes};
@@ -15,6 +15,7 @@ use super::images::Images;
 use super::mapping::{Coord2, Mapping, Mapping3};
 use super::noise::{Octaves, fbm, turbulence};
 use super::pattern::{Marble, checkerboard_2d, checkerboard_3d, inside_dot, marble};
+use super::space::{Triplanar, Volume};
 use super::spectra::SpectrumRole;
 use super::texture_image::{Texel, TextureImage};
 use crate::{TextureContext, TextureId};
@@ -60,6 +61,10 @@ pub(super) enum FloatNode {
     Step { tex: FloatHandle, edge: f32 },
     /// What the mesh carries.
     Attribute { id: AttributeId, scale: f32 },
+    /// A grid, of which the mean of the channels counts.
+    Volume(Volume),
+    /// Seen along three axes.
+    Triplanar(Triplanar<FloatHandle>),
 }
 
 /// A texture of spectra.
@@ -75,6 +80,10 @@ pub(super) enum SpectrumNode {
     Image(ImageLookup, SpectrumRole),
     /// What the mesh carries.
     Attribute { id: AttributeId, scale: f32, role: SpectrumRole },
+    /// A grid.
+    Volume(Volume, SpectrumRole),
+    /// Seen along three axes.
+    Triplanar(Triplanar<SpectrumHandle>),
 }
 
 /// A texture made of others, of numbers or of spectra alike.
@@ -122,6 +131,8 @@ pub(super) enum NoiseKind {
 #[derive(Clone, Debug)]
 pub(super) struct ImageLookup {
     pub(super) image: ImageId,
+    /// Images on squares of the plane, in order of their corners; `image` alone if there are none.
+    pub(super) tiles: Vec<ImageTile>,
     pub(super) mapping: Mapping,
     pub(super) wrap: [WrapMode; 2],
     pub(super) filter: ImageFilter,
@@ -209,7 +220,8 @@ impl Textures {
             FloatNode::Noise(n) => n.eval(ctx),
             FloatNode::Image(lookup) => {
                 let st = lookup.mapping.map(ctx, &self.attributes);
-                let value = lookup.scale * lookup.filtered::<f32>(self.images.get(lookup.image), st);
+                let Some((image, st)) = lookup.tile(st) else { return 0.0 };
+                let value = lookup.scale * lookup.filtered::<f32>(self.images.get(image), st);
                 if lookup.invert { (1.0 - value).max(0.0) } else { value }
             }
             FloatNode::Step { tex, edge } => {
@@ -220,6 +232,8 @@ impl Textures {
                 }
             }
             FloatNode::Attribute { id, scale } => scale * self.attributes.number(*id, &ctx.place),
+            FloatNode::Volume(volume) => volume.at(ctx).element_sum() * (1.0 / 3.0),
+            FloatNode::Triplanar(t) => t.eval(ctx, |h, ctx| self.float(h, ctx)).unwrap_or(0.0),
         }
     }
 
@@ -233,8 +247,9 @@ impl Textures {
                 self.colors.texel_albedo(ColorSpace::Srgb, marble(m, &mapping.map(ctx)), wl)
             }
             SpectrumNode::Image(lookup, role) => {
-                let image = self.images.get(lookup.image);
                 let st = lookup.mapping.map(ctx, &self.attributes);
+                let Some((image, st)) = lookup.tile(st) else { return Spectrum::ZERO };
+                let image = self.images.get(image);
                 let rgb = lookup.scale * lookup.filtered::<Vec3>(image, st);
                 let rgb = if lookup.invert { 1.0 - rgb } else { rgb }.max(Vec3::ZERO).to_array();
                 self.texel(*role, image.color_space(), rgb, wl)
@@ -242,6 +257,12 @@ impl Textures {
             SpectrumNode::Attribute { id, scale, role } => {
                 let rgb = self.attributes.at(*id, &ctx.place).map(|c| (c * scale).max(0.0));
                 self.texel(*role, ColorSpace::Srgb, rgb, wl)
+            }
+            SpectrumNode::Volume(volume, role) => {
+                self.texel(*role, ColorSpace::Srgb, volume.at(ctx).max(Vec3::ZERO).to_array(), wl)
+            }
+            SpectrumNode::Triplanar(t) => {
+                t.eval(ctx, |h, ctx| self.spectrum(h, ctx, wl)).unwrap_or(Spectrum::ZERO)
             }
         }
     }
@@ -334,6 +355,17 @@ impl Noise {
 }
 
 impl ImageLookup {
+    /// The image that a point falls on, and where on it; `None` between tiles.
+    fn tile(&self, at: Coord2) -> Option<(ImageId, Coord2)> {
+        if self.tiles.is_empty() {
+            return Some((self.image, at));
+        }
+        let corner = at.st.floor();
+        let key = [corner.x, corner.y].map(|c| c as i64);
+        let found = self.tiles.iter().find(|t| t.at.map(i64::from) == key)?;
+        Some((found.image, Coord2 { st: at.st - corner, ..at }))
+    }
+
     /// The image around a point, before factor and inversion.
     fn filtered<T: Texel>(&self, image: &TextureImage, at: Coord2) -> T {
         // t runs upwards, rows run downwards.
