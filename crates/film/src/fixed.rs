@@ -70,8 +70,15 @@ impl<const FRACTION: u32> FixedPoint<FRACTION> {
     #[inline]
     #[must_use]
     pub fn to_f64(self) -> f64 {
-        // The scale is a power of two, so only the first step rounds.
-        self.0 as f64 * f64::from_bits((1023 - FRACTION as u64) << 52)
+        // The upper 63 bits, and whether there are more: a conversion to 53 bits rounds them as it would round all. The scales are powers of
+        // two, so nothing else rounds.
+        let magnitude = self.0.unsigned_abs();
+        let s = 65_u32.saturating_sub(magnitude.leading_zeros());
+        let rest = magnitude & ((1 << s) - 1);
+        let upper = (magnitude >> s) as i64 | i64::from(rest != 0);
+        let upper = if self.0 < 0 { -upper } else { upper };
+        let power = |e: i32| f64::from_bits(((1023 + e) as u64) << 52);
+        upper as f64 * power(s as i32 - FRACTION as i32)
     }
 
     /// Exact sum modulo 2¹²⁸ units: what overflows stays commutative and associative.
@@ -164,6 +171,14 @@ mod tests {
             }
             let m = Moment::from_f64(x).unwrap();
             prop_assert!((m.to_f64() - x).abs() <= 2.0_f64.powi(-49));
+        }
+
+        #[test]
+        fn any_number_of_units_becomes_the_nearest_double(hi in any::<i64>(), lo in any::<u64>(), s in 0_u32..127) {
+            let bits = (i128::from(hi) << 64 | i128::from(lo)) >> s;
+            for bits in [bits, bits & (-1_i128 << (s / 2)), !bits] {
+                prop_assert_eq!(Fixed::from_bits(bits).to_f64(), bits as f64 * 2.0_f64.powi(-64));
+            }
         }
 
         #[test]

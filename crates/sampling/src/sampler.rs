@@ -142,9 +142,17 @@ impl Sampler {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
         let hash = self.hash(d);
-        match &mut self.source {
+        match self.source {
             Source::Sobol => unit_f32(scrambled_1d(self.index, PairSeeds::new(hash))),
-            Source::Independent => unit_f32((hash >> 32) as u32),
+            Source::Independent | Source::Stratified { .. } | Source::Replay(_) => self.other_1d(d, hash),
+        }
+    }
+
+    /// Request `d` of the kinds that are rare.
+    #[inline(never)]
+    fn other_1d(&mut self, d: u32, hash: u64) -> f32 {
+        match &mut self.source {
+            Source::Sobol | Source::Independent => unit_f32((hash >> 32) as u32),
             Source::Stratified { x, y } => {
                 let n = x.saturating_mul(*y);
                 let i = permute(self.index, n, hash as u32);
@@ -160,15 +168,33 @@ impl Sampler {
         self.dimension = self.dimension.wrapping_add(1);
     }
 
+    /// [`Sampler::next_1d`] where somebody looks at the number, else ½: those after it are the same.
+    #[inline]
+    pub fn next_1d_if(&mut self, is_wanted: bool) -> f32 {
+        if is_wanted {
+            return self.next_1d();
+        }
+        self.skip_1d();
+        0.5
+    }
+
     /// Uniform in [0, 1)².
     #[inline]
     pub fn next_2d(&mut self) -> [f32; 2] {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
         let hash = self.hash(d);
-        match &mut self.source {
+        match self.source {
             Source::Sobol => scrambled_2d(self.index, PairSeeds::new(hash)).map(unit_f32),
-            Source::Independent => [unit_f32((hash >> 32) as u32), unit_f32(hash as u32)],
+            Source::Independent | Source::Stratified { .. } | Source::Replay(_) => self.other_2d(d, hash),
+        }
+    }
+
+    /// Request `d` of the kinds that are rare.
+    #[inline(never)]
+    fn other_2d(&mut self, d: u32, hash: u64) -> [f32; 2] {
+        match &mut self.source {
+            Source::Sobol | Source::Independent => [unit_f32((hash >> 32) as u32), unit_f32(hash as u32)],
             Source::Stratified { x, y } => {
                 let i = permute(self.index, x.saturating_mul(*y), hash as u32);
                 let h = combine(hash, u64::from(i));

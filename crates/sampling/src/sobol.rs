@@ -76,10 +76,11 @@ pub const fn scrambled_1d(reversed_index: u32, seeds: PairSeeds) -> u32 {
 #[must_use]
 pub const fn scrambled_2d(reversed_index: u32, seeds: PairSeeds) -> [u32; 2] {
     let shuffled = laine_karras(reversed_index, seeds.shuffle).reverse_bits();
-    [
-        laine_karras(shuffled, seeds.scramble[0]).reverse_bits(),
-        laine_karras(pascal(shuffled), seeds.scramble[1]).reverse_bits(),
-    ]
+    let first = laine_karras(shuffled, seeds.scramble[0]);
+    let second = laine_karras(pascal(shuffled), seeds.scramble[1]);
+    // Both reversed at once, which exchanges them.
+    let both = ((first as u64) << 32 | second as u64).reverse_bits();
+    [both as u32, (both >> 32) as u32]
 }
 
 #[cfg(test)]

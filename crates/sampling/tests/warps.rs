@@ -246,7 +246,8 @@ fn small_far_triangles_are_sampled_as_evenly_as_flat_ones() {
 fn directions_to_a_rectangle_are_uniform_in_solid_angle() {
     let (corner, edges) = (Vec3::new(-0.4, -0.5, 0.7), [Vec3::new(1.5, 0.0, 0.3), Vec3::new(0.0, 2.0, 0.0)]);
     for from in [Vec3::ZERO, Vec3::new(2.0, 1.0, 0.2), Vec3::new(0.0, 0.3, 3.0)] {
-        let r = Rectangle::new(Point(corner), edges).unwrap().seen_from(Point(from)).unwrap();
+        let r = Rectangle::new(Point(corner), edges).unwrap();
+        let r = r.seen_from(Point(from)).unwrap();
         let n = edges[0].cross(edges[1]);
         let pdf = |w: Vec3| {
             let t = (corner - from).dot(n) / w.dot(n);

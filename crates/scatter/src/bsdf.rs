@@ -198,6 +198,17 @@ pub trait BsdfKind: Clone + Into<Bsdf> {
     /// The lobes that it has.
     fn flags(&self) -> LobeFlags;
 
+    /// Does [`BsdfKind::sample`] look at `u_lobe`?
+    #[inline]
+    fn has_choice(&self) -> bool {
+        true
+    }
+
+    /// Is it surely the same however its frame turns about the normal?
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
     /// Chance that [`BsdfKind::sample`] draws a delta at `wo`, given that it draws anything.
     fn specular_probability(&self, _wo: LocalDir) -> f32 {
         if self.flags().is_within(LobeFlags::SPECULAR) { 1.0 } else { 0.0 }
@@ -290,8 +301,22 @@ impl Bsdf {
         dispatch!(self, b => b.sample(wo, u_lobe, u, mode))
     }
 
+    /// See [`BsdfKind::has_choice`].
+    #[must_use]
+    #[inline]
+    pub fn has_choice(&self) -> bool {
+        dispatch!(self, b => b.has_choice())
+    }
+
+    /// See [`BsdfKind::is_isotropic`].
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        dispatch!(self, b => b.is_isotropic())
+    }
+
     /// See [`BsdfKind::flags`].
     #[must_use]
+    #[inline]
     pub fn flags(&self) -> LobeFlags {
         dispatch!(self, b => b.flags())
     }
@@ -322,12 +347,14 @@ impl Bsdf {
 
     /// Nothing but deltas (or nothing at all): next-event estimation finds no light here.
     #[must_use]
+    #[inline]
     pub fn is_delta_only(&self) -> bool {
         self.flags().is_within(LobeFlags::SPECULAR)
     }
 
     /// Any delta?
     #[must_use]
+    #[inline]
     pub fn has_delta(&self) -> bool {
         self.flags().intersects(LobeFlags::SPECULAR)
     }
@@ -341,6 +368,47 @@ mod tests {
     fn a_bsdf_fits_in_160_bytes() {
         assert!(size_of::<Bsdf>() <= 160, "{}", size_of::<Bsdf>());
         assert!(size_of::<BsdfSample>() <= 64, "{}", size_of::<BsdfSample>());
+    }
+
+    #[test]
+    fn what_is_isotropic_does_not_change_when_its_frame_turns() {
+        let white = Spectrum::ONE;
+        let metal = |alpha| Conductor::new(white, white * 2.0, crate::microfacet::Facets::ggx(alpha, 0.3));
+        let kinds: [(Bsdf, bool); 7] = [
+            (Diffuse::new(white).into(), true),
+            (DiffuseTransmission::new(white * 0.5, white * 0.5).into(), true),
+            (OrenNayar::new(white, 0.5).into(), true),
+            (ThinDielectric::new(1.5).into(), true),
+            (Dielectric::new(1.5, [0.3; 2]).into(), true),
+            (metal(0.3).into(), true),
+            (metal(0.1).into(), false),
+        ];
+        let turned = |w: LocalDir| LocalDir::new(0.6 * w.0.x - 0.8 * w.0.y, 0.8 * w.0.x + 0.6 * w.0.y, w.0.z);
+        let wo = LocalDir::normalize(math::Vec3::new(0.3, -0.5, 0.6));
+        for (bsdf, is_isotropic) in kinds {
+            assert_eq!(bsdf.is_isotropic(), is_isotropic, "{}", bsdf.name());
+            for z in [0.7, -0.4] {
+                let wi = LocalDir::normalize(math::Vec3::new(-0.2, 0.4, z));
+                let mode = TransportMode::Radiance;
+                let [a, b] = [bsdf.eval(wo, wi, mode), bsdf.eval(turned(wo), turned(wi), mode)];
+                let differ = (a.lanes()[0] - b.lanes()[0]).abs() > 1e-4 * a.lanes()[0];
+                assert!(!(is_isotropic && differ), "{} {a:?} {b:?}", bsdf.name());
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_choice_does_not_look_at_its_number() {
+        let white = Spectrum::ONE;
+        let metal = Conductor::new(white, white * 2.0, crate::microfacet::Facets::ggx(0.2, 0.3));
+        let kinds: [Bsdf; 3] = [Diffuse::new(white).into(), OrenNayar::new(white, 0.5).into(), metal.into()];
+        let wo = LocalDir::normalize(math::Vec3::new(0.3, -0.5, 0.6));
+        for bsdf in kinds {
+            assert!(!bsdf.has_choice());
+            let [a, b] = [0.1, 0.9].map(|u| bsdf.sample(wo, u, [0.3, 0.6], TransportMode::Radiance));
+            assert!(a.is_some() && a == b, "{}", bsdf.name());
+        }
+        assert!(Bsdf::from(Dielectric::new(1.5, [0.0; 2])).has_choice());
     }
 
     #[test]

@@ -53,6 +53,17 @@ pub(crate) enum Gaps {
     Everywhere,
 }
 
+/// How much of a point of a surface its material looks at, beyond its place and its normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Detail {
+    /// Nothing: any frame about the normal will do.
+    Frame,
+    /// Tangents, and how (u, v) change: directions and footprints of textures.
+    Tangents,
+    /// How the normal changes too.
+    Curvature,
+}
+
 /// A surface point, ready for transport.
 #[derive(Clone, Debug)]
 pub struct Shading {
@@ -247,6 +258,24 @@ impl Materials {
                 }
                 Surface::Look(_) | Surface::Interface => return material,
             };
+        }
+    }
+
+    /// What a surface of this material needs to know of its points.
+    pub(crate) fn detail(&self, id: MaterialId) -> Detail {
+        let material = &self.list[id.index()];
+        let own = match (material.relief, &material.constant, &material.surface) {
+            (Relief::Bump(_), ..) => Detail::Curvature,
+            (Relief::NormalMap(_), ..) => Detail::Tangents,
+            (Relief::None, Some(bsdf), _) if bsdf.is_isotropic() => Detail::Frame,
+            (Relief::None, _, Surface::Interface) => Detail::Frame,
+            (Relief::None, ..) => Detail::Tangents,
+        };
+        match &material.surface {
+            Surface::Mix { materials: [a, b], .. } | Surface::TwoSided { front: a, back: b } => {
+                own.max(self.detail(*a)).max(self.detail(*b))
+            }
+            Surface::Look(_) | Surface::Pane(_) | Surface::Interface => own,
         }
     }
 

@@ -191,6 +191,7 @@ impl Scene {
     }
 
     /// The surface at a hit.
+    #[inline]
     #[must_use]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let id = self.shape_of(hit);
@@ -200,7 +201,7 @@ impl Scene {
             p: surface.p,
             p_error: surface.p_error,
             ng: surface.ng,
-            frame: surface.frame(),
+            frame: surface.frame(shape.detail),
             uv: surface.uv,
             dpdu: surface.dpdu,
             dpdv: surface.dpdv,
@@ -251,17 +252,20 @@ impl Scene {
         si.light.map(|light| self.lights.emitted(light, si.ng, si.uv, w, wl))
     }
 
+    #[inline]
     fn surface(&self, ray: &Ray, hit: &Hit, shape: &Shape) -> LocalSurface {
         let p = ray.at(hit.t);
         if hit.instance == NO_INSTANCE {
-            return shape.geometry.at(hit, ray, p);
+            return shape.geometry.at(hit, ray, p, shape.detail);
         }
         let world_from_object = self.instances[hit.instance as usize].world_from_object.at(ray.time);
         let object_from_world = world_from_object.inverse();
         let local_ray = Ray { dir: object_from_world.dir(ray.dir), ..*ray };
-        shape.geometry.at(hit, &local_ray, object_from_world.point(p)).transformed(&world_from_object)
+        let p = object_from_world.point(p);
+        shape.geometry.at(hit, &local_ray, p, shape.detail).transformed(&world_from_object)
     }
 
+    #[inline]
     fn shape_of(&self, hit: &Hit) -> ShapeId {
         let base = match hit.instance {
             NO_INSTANCE => 0,

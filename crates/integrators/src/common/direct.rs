@@ -130,7 +130,8 @@ impl Tools<'_> {
         ctx: &LightContext,
         [i, n]: [u32; 2],
     ) -> Option<(LightSample, f32)> {
-        let (u, u_place) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let u = self.sampler.next_1d_if(scene.light_selector.has_choice());
+        let u_place = self.sampler.next_2d();
         let u_light = ((i as f32 + u) / n as f32).min(1.0 - 0.5 * f32::EPSILON);
         let (light, chosen) = scene.light_selector.select(ctx, u_light)?;
         scene.lights.sample(light, ctx, u_place, self.wl).map(|s| (s, chosen))

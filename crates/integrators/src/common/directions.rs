@@ -43,6 +43,7 @@ impl DirectionSampling {
     }
 
     /// Draws a direction.
+    #[inline]
     pub(crate) fn sample(
         self,
         bsdf: &Bsdf,
@@ -50,10 +51,11 @@ impl DirectionSampling {
         sampler: &mut Sampler,
         mode: TransportMode,
     ) -> Option<DirectionSample> {
-        let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
         if self == Self::Bsdf {
-            return by_bsdf(bsdf, wo, u_lobe, u, mode);
+            let u_lobe = sampler.next_1d_if(bsdf.has_choice());
+            return by_bsdf(bsdf, wo, u_lobe, sampler.next_2d(), mode);
         }
+        let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
 
         // A delta lobe takes its share; the rest goes to the cruder density, with numbers of its own.
         let flags = bsdf.flags();
@@ -118,6 +120,7 @@ impl DirectionSampling {
     }
 }
 
+#[inline]
 fn by_bsdf(
     bsdf: &Bsdf,
     wo: LocalDir,

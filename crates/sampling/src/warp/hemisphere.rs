@@ -75,6 +75,7 @@ pub fn uniform_sphere_pdf() -> Pdf<SolidAngle> {
 }
 
 /// Cosine-weighted on the hemisphere about the normal: the disk, lifted [Malley1988].
+#[inline]
 #[must_use]
 pub fn cosine_hemisphere(u: [f32; 2]) -> LocalDir {
     let d = warp::concentric_disk(u);

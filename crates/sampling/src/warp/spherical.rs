@@ -134,15 +134,17 @@ pub struct Rectangle {
     corner: DVec3,
     /// World axes along the edges and along the normal.
     axes: [DVec3; 3],
-    /// Lengths of the edges.
+    /// Lengths of the edges, and their reciprocals.
     size: [f64; 2],
+    inv_size: [f64; 2],
 }
 
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
-pub struct SphericalRectangle {
-    /// World axes along the edges and along the normal, towards the rectangle.
-    axes: [DVec3; 3],
+pub struct SphericalRectangle<'a> {
+    rectangle: &'a Rectangle,
+    /// −1 where it is seen from the side of its normal: the third axis points towards it.
+    side: f64,
     /// Its extent along the edges, and its distance along the normal.
     x: [f64; 2],
     y: [f64; 2],
@@ -160,7 +162,8 @@ impl Rectangle {
         let edges = edges.map(|e| e.as_dvec3());
         let (x, y) = (edges[0].try_normalize()?, edges[1].try_normalize()?);
         let size = edges.map(DVec3::length);
-        Some(Self { corner: corner.0.as_dvec3(), axes: [x, y, x.cross(y)], size })
+        let inv_size = size.map(|s| 1.0 / s);
+        Some(Self { corner: corner.0.as_dvec3(), axes: [x, y, x.cross(y)], size, inv_size })
     }
 
     /// As it is seen from there; `None` if it is seen edge-on.
@@ -169,13 +172,11 @@ impl Rectangle {
     /// angle.
     #[must_use]
     #[inline]
-    pub fn seen_from(&self, from: Point) -> Option<SphericalRectangle> {
+    pub fn seen_from(&self, from: Point) -> Option<SphericalRectangle<'_>> {
         let d = self.corner - from.0.as_dvec3();
-        let [axis_x, axis_y, mut axis_z] = self.axes;
-        let (x0, y0, mut z) = (d.dot(axis_x), d.dot(axis_y), d.dot(axis_z));
-        if z < 0.0 {
-            (axis_z, z) = (-axis_z, -z);
-        }
+        let [axis_x, axis_y, axis_z] = self.axes;
+        let (x0, y0, z) = (d.dot(axis_x), d.dot(axis_y), d.dot(axis_z));
+        let (side, z) = (1.0_f64.copysign(z), z.abs());
         let (x, y) = ([x0, x0 + self.size[0]], [y0, y0 + self.size[1]]);
         let before = between(x[0], y, z);
         let whole = between(x[1], y, z).times(before.conjugate());
@@ -186,19 +187,21 @@ impl Rectangle {
             angle => angle,
         };
         let usable = z > 0.0 && solid_angle >= SMALLEST;
-        usable.then_some(SphericalRectangle { axes: [axis_x, axis_y, axis_z], x, y, z, before, solid_angle })
+        usable.then_some(SphericalRectangle { rectangle: self, side, x, y, z, before, solid_angle })
     }
 }
 
-impl SphericalRectangle {
+impl SphericalRectangle<'_> {
     /// In steradian.
     #[must_use]
+    #[inline]
     pub fn solid_angle(&self) -> f32 {
         self.solid_angle as f32
     }
 
     /// The density of every direction to the rectangle.
     #[must_use]
+    #[inline]
     pub fn pdf(&self) -> Pdf<SolidAngle> {
         Pdf::new((1.0 / self.solid_angle) as f32)
     }
@@ -207,7 +210,8 @@ impl SphericalRectangle {
     #[must_use]
     pub fn sample(&self, u: [f32; 2]) -> DirectionOnShape {
         let [x, y] = self.point(u);
-        let w = self.axes[0] * x + self.axes[1] * y + self.axes[2] * self.z;
+        let [along_x, along_y, towards] = self.axes();
+        let w = along_x * x + along_y * y + towards * self.z;
         DirectionOnShape {
             direction: Dir(w.normalize_or_zero().as_vec3()),
             coordinates: self.coordinates_of([x, y]),
@@ -221,29 +225,40 @@ impl SphericalRectangle {
         self.coordinates_of(self.point(u))
     }
 
+    /// World axes along the edges and along the normal, towards the rectangle.
+    fn axes(&self) -> [DVec3; 3] {
+        let [x, y, z] = self.rectangle.axes;
+        [x, y, z * self.side]
+    }
+
     #[inline]
     fn coordinates_of(&self, [x, y]: [f64; 2]) -> [f32; 2] {
-        let share = |v: f64, [lo, hi]: [f64; 2]| ((v - lo) / (hi - lo)) as f32;
-        [share(x, self.x), share(y, self.y)]
+        let inv = self.rectangle.inv_size;
+        [((x - self.x[0]) * inv[0]) as f32, ((y - self.y[0]) * inv[1]) as f32]
     }
 
     /// Along the two axes.
     #[inline]
     fn point(&self, u: [f32; 2]) -> [f64; 2] {
         // The stripe up to x has the share u0 of the solid angle. c = x / √(x² + z²) solves
-        // asin(b1 c) − asin(b0 c) = τ, with the sines b of the edges' elevations: the law of cosines, in the form that does
-        // not cancel.
-        let (sin, cos) = trig::sin_cos(0.5 * f64::from(u[0]) * self.solid_angle);
-        let half = self.before.half().times(Complex { re: cos, im: sin });
-        let [b0, b1] = self.y.map(|y| y / (y * y + self.z * self.z).sqrt());
-        let side2 = (b1 - b0) * (b1 - b0) + 4.0 * b0 * b1 * half.im * half.im;
+        // asin(b1 c) − asin(b0 c) = τ, with the sines b = y / r of the edges' elevations: the law of cosines, in the form that
+        // does not cancel. τ is twice the argument of `half`; its size and the r's are divided out at the end, once.
+        let z2 = self.z * self.z;
+        let [r0, r1] = self.y.map(|y| (y * y + z2).sqrt());
+        let size = (self.x[0] * self.x[0] + z2) * r0 * r1;
+        let half = self.before.half(size).times(turn(0.5 * f64::from(u[0]) * self.solid_angle));
+        let half2 = half.re * half.re + half.im * half.im;
+        let [y0, y1] = self.y;
+        let rr = r0 * r1;
+        let (difference, product) = (y1 * r0 - y0 * r1, 4.0 * y0 * y1 * rr);
+        let side2 = half2 * (difference * difference * half2 + product * half.im * half.im);
         // x = c z / √(1 − c²) with c = n / √side2.
-        let n = 2.0 * half.im * half.re;
+        let n = 2.0 * half.im * half.re * rr;
         let x = n * self.z / (side2 - n * n).max(1e-300).sqrt();
         let x = x.clamp(self.x[0], self.x[1]);
 
         // Along the stripe, sines are uniform.
-        let d2 = x * x + self.z * self.z;
+        let d2 = x * x + z2;
         let [h0, h1] = self.y.map(|y| sine(y, d2));
         let h = h0 + f64::from(u[1]) * (h1 - h0);
         let y = (h * (d2 / (1.0 - h * h).max(1e-300)).sqrt()).clamp(self.y[0], self.y[1]);
@@ -254,9 +269,10 @@ impl SphericalRectangle {
     #[must_use]
     pub fn inverse(&self, w: Dir) -> [f32; 2] {
         let w = w.0.as_dvec3();
-        let scale = self.z / w.dot(self.axes[2]);
-        let x = (w.dot(self.axes[0]) * scale).clamp(self.x[0], self.x[1]);
-        let y = (w.dot(self.axes[1]) * scale).clamp(self.y[0], self.y[1]);
+        let [along_x, along_y, towards] = self.axes();
+        let scale = self.z / w.dot(towards);
+        let x = (w.dot(along_x) * scale).clamp(self.x[0], self.x[1]);
+        let y = (w.dot(along_y) * scale).clamp(self.y[0], self.y[1]);
         let d2 = x * x + self.z * self.z;
         let [h0, h1] = self.y.map(|y| sine(y, d2));
         let angle = |c: Complex| trig::atan2(c.im, c.re);
@@ -264,6 +280,21 @@ impl SphericalRectangle {
         let u1 = (sine(y, d2) - h0) / (h1 - h0);
         [u0, u1].map(|v| v.clamp(0.0, 1.0) as f32)
     }
+}
+
+/// The unit number with this argument in [0, π].
+#[inline]
+fn turn(angle: f64) -> Complex {
+    if angle > 0.75 {
+        let (im, re) = trig::sin_cos(angle);
+        return Complex { re, im };
+    }
+    // Taylor's series; what is left out is below 10⁻¹⁰.
+    let t = angle * angle;
+    let horner = |c: [f64; 5]| c.iter().fold(0.0, |sum, c| (1.0 - sum) * t * c);
+    let re = 1.0 - horner([1.0 / 90.0, 1.0 / 56.0, 1.0 / 30.0, 1.0 / 12.0, 1.0 / 2.0]);
+    let im = angle * (1.0 - horner([1.0 / 110.0, 1.0 / 72.0, 1.0 / 42.0, 1.0 / 20.0, 1.0 / 6.0]));
+    Complex { re, im }
 }
 
 /// A number whose argument is an angle; its size does not matter.
@@ -292,16 +323,13 @@ impl Complex {
         f64::from(math::trig::atan2((self.im * scale) as f32, (self.re * scale) as f32))
     }
 
-    /// Of half the argument, which lies in [−π, π]; of size one.
+    /// Of half the argument, which lies in [−π, π]; `size` is that of the number.
     #[inline]
-    fn half(self) -> Self {
-        // The longer of both by the half-angle formula, the other by the double-angle formula: nothing cancels.
-        let size = (self.re * self.re + self.im * self.im).sqrt();
-        let longer = (0.5 * (1.0 + self.re.abs() / size)).sqrt();
-        let shorter = 0.5 * self.im / (size * longer);
+    fn half(self, size: f64) -> Self {
+        // w + |w| halves the angle; for negative real parts it is turned so that nothing cancels.
         match self.re >= 0.0 {
-            true => Self { re: longer, im: shorter },
-            false => Self { re: shorter.abs(), im: longer.copysign(self.im) },
+            true => Self { re: size + self.re, im: self.im },
+            false => Self { re: self.im.abs(), im: (size - self.re).copysign(self.im) },
         }
     }
 }
@@ -314,6 +342,7 @@ fn between(x: f64, [y0, y1]: [f64; 2], z: f64) -> Complex {
 }
 
 /// y / √(d² + y²).
+#[inline]
 fn sine(y: f64, d2: f64) -> f64 {
     y / (d2 + y * y).sqrt()
 }

@@ -131,6 +131,15 @@ impl BsdfKind for Conductor {
         Some(BsdfSample::smooth(wi, weight, pdf, Lobe::reflection(Gloss::Glossy)))
     }
 
+    #[inline]
+    fn has_choice(&self) -> bool {
+        false
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.facets.is_isotropic()
+    }
+
     fn flags(&self) -> LobeFlags {
         if self.facets.is_smooth() { LobeFlags::SPECULAR_REFLECTION } else { LobeFlags::GLOSSY_REFLECTION }
     }

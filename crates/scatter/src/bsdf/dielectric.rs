@@ -204,6 +204,10 @@ impl BsdfKind for Dielectric {
         self.sample_lobes(wo, u_lobe, u, mode, SampleLobes::All)
     }
 
+    fn is_isotropic(&self) -> bool {
+        self.facets.is_isotropic()
+    }
+
     fn flags(&self) -> LobeFlags {
         match (self.is_smooth(), self.eta == 1.0) {
             (true, true) => LobeFlags::SPECULAR_TRANSMISSION,

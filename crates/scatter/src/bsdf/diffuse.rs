@@ -42,6 +42,16 @@ impl BsdfKind for Diffuse {
         Some(BsdfSample::smooth(wi, self.reflectance, pdf, Lobe::reflection(Gloss::Diffuse)))
     }
 
+    #[inline]
+    fn has_choice(&self) -> bool {
+        false
+    }
+
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    #[inline]
     fn flags(&self) -> LobeFlags {
         if self.reflectance.is_black() { LobeFlags::NONE } else { LobeFlags::DIFFUSE_REFLECTION }
     }

@@ -72,6 +72,10 @@ impl BsdfKind for DiffuseTransmission {
         })
     }
 
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
     fn flags(&self) -> LobeFlags {
         let flag = |s: Spectrum, f| if s.is_black() { LobeFlags::NONE } else { f };
         flag(self.reflectance, LobeFlags::DIFFUSE_REFLECTION)

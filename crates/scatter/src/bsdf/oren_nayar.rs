@@ -58,6 +58,15 @@ impl BsdfKind for OrenNayar {
         Some(BsdfSample::smooth(wi, weight, pdf, Lobe::reflection(Gloss::Diffuse)))
     }
 
+    #[inline]
+    fn has_choice(&self) -> bool {
+        false
+    }
+
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
     fn flags(&self) -> LobeFlags {
         if self.reflectance.is_black() { LobeFlags::NONE } else { LobeFlags::DIFFUSE_REFLECTION }
     }

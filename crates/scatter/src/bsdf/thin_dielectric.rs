@@ -55,6 +55,10 @@ impl BsdfKind for ThinDielectric {
         })
     }
 
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
     fn flags(&self) -> LobeFlags {
         LobeFlags::SPECULAR_REFLECTION | LobeFlags::SPECULAR_TRANSMISSION
     }

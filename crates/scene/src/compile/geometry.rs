@@ -123,6 +123,7 @@ impl Builder<'_, '_> {
                 primitives_per_light: 1,
                 medium_interface: self.media.sides(desc.medium_interface, desc.material),
                 gaps: self.materials.gaps(MaterialId(desc.material.0)),
+                detail: self.materials.detail(MaterialId(desc.material.0)),
             });
         }
     }
@@ -337,10 +338,11 @@ mod tests {
     use scene_desc::{MeshDesc, Span};
 
     use super::*;
+    use crate::materials::Detail;
 
     fn normal_of_bake(desc: &ShapeDesc, place: Place) -> Dir {
         match bake(desc, place) {
-            ShapeGeometry::Mesh(m) => m.at(0, 0.2, 0.2, 0.0).ng,
+            ShapeGeometry::Mesh(m) => m.at(0, [0.2; 2], Detail::Frame).ng,
             ShapeGeometry::Quadric(q) => {
                 let p = q.world_from_object.point(math::Point(Vec3::new(0.6, 0.0, 0.8)));
                 q.at(0.0, 0.5, p).ng

@@ -90,7 +90,19 @@ impl LightSelector {
         Self { strategy, by_power }
     }
 
+    /// Is there anything to choose? Else [`LightSelector::select`] does not look at its number.
+    #[inline]
+    #[must_use]
+    pub fn has_choice(&self) -> bool {
+        match &self.strategy {
+            Strategy::Uniform { lights, .. } => lights.len() > 1,
+            Strategy::Power => true,
+            Strategy::Spatial(s) => !matches!(s.finite, Finite::One(_)),
+        }
+    }
+
     /// A light for the point, and its probability; `None` if no light reaches it.
+    #[inline]
     #[must_use]
     pub fn select(&self, context: &LightContext, u: f32) -> Option<(LightId, f32)> {
         match &self.strategy {
@@ -155,7 +167,15 @@ impl Spatial {
         Self { finite, infinite }
     }
 
+    #[inline]
     fn select(&self, context: &LightContext, u: f32) -> Option<(LightId, f32)> {
+        match &self.finite {
+            Finite::One(light) => Some((*light, 1.0)),
+            Finite::List(_) | Finite::Tree(_) => self.select_of_many(context, u),
+        }
+    }
+
+    fn select_of_many(&self, context: &LightContext, u: f32) -> Option<(LightId, f32)> {
         match &self.finite {
             Finite::One(light) => Some((*light, 1.0)),
             Finite::List(list) => {

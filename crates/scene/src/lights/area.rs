@@ -26,6 +26,7 @@ pub(crate) struct AreaLight {
 impl AreaLight {
     /// Light on the way to `from`. An invisible lamp is found by no ray: its sample counts like a delta's, with the
     /// density divided out of `li`.
+    #[inline]
     pub(super) fn sample(
         &self,
         emissions: &[Emission],
@@ -56,6 +57,7 @@ impl AreaLight {
     }
 
     /// Radiance along `w_out` from where the emitting side's normal is `n`.
+    #[inline]
     pub(super) fn emitted(
         &self,
         emissions: &[Emission],

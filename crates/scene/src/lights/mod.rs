@@ -150,6 +150,7 @@ impl Lights {
     }
 
     /// Light that may reach the context's point; `None` where the light sends none along the direction that `u` gives.
+    #[inline]
     #[must_use]
     pub fn sample(
         &self,
@@ -158,9 +159,24 @@ impl Lights {
         u: [f32; 2],
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
-        let from = context.p;
         let sample = match &self.list[light.index()] {
-            Light::Dark => return None,
+            Light::Area(l) => l.sample(&self.emissions, light, context.p, u, wavelengths),
+            other => self.sample_pointlike(other, (light, context.p), u, wavelengths),
+        };
+        sample.filter(|s| !s.li.is_black())
+    }
+
+    /// [`Lights::sample`] of a light that is no surface.
+    #[inline(never)]
+    fn sample_pointlike(
+        &self,
+        kind: &Light,
+        (light, from): (LightId, Point),
+        u: [f32; 2],
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
+        match kind {
+            Light::Dark => None,
             Light::Point(l) => self.sample_point(light, from, l.p, |_| l.intensity.value(wavelengths)),
             Light::Spot(l) => self.sample_point(light, from, l.p, |w| l.intensity(w, wavelengths)),
             Light::Goniometric(l) => self.sample_point(light, from, l.p(), |w| l.intensity(w, wavelengths)),
@@ -188,8 +204,7 @@ impl Lights {
                 Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
             }
             Light::Area(l) => l.sample(&self.emissions, light, from, u, wavelengths),
-        };
-        sample.filter(|s| !s.li.is_black())
+        }
     }
 
     /// Density with which [`Lights::sample`] chooses the direction `wi`, in which the light's surface is met at `p`

@@ -1,5 +1,6 @@
 //! What a form knows of one of its points, before anyone asks for materials or lights.
 
+use crate::materials::Detail;
 use math::{Dir, Frame, Point, Transform, Vec2, Vec3};
 
 /// A point of a surface, in the space in which its geometry is stored.
@@ -23,8 +24,12 @@ pub(crate) struct LocalSurface {
 
 impl LocalSurface {
     /// The shading frame.
-    pub(crate) fn frame(&self) -> Frame {
-        Frame::from_normal_tangent(self.ns, self.tangent)
+    #[inline]
+    pub(crate) fn frame(&self, detail: Detail) -> Frame {
+        match detail {
+            Detail::Frame => Frame::from_normal(self.ns),
+            Detail::Tangents | Detail::Curvature => Frame::from_normal_tangent(self.ns, self.tangent),
+        }
     }
 
     /// The same point in the space that `t` maps to; the error grows by the map's own rounding.

@@ -4,6 +4,7 @@ use math::{Dir, Frame, Point, Transform, Vec2, Vec3, error_bound::gamma};
 use scene_desc::MeshDesc;
 
 use super::LocalSurface;
+use crate::materials::Detail;
 
 /// Triangles in the space in which they are traced. Per-vertex arrays are empty or as long as `positions`.
 #[derive(Clone, Debug, Default)]
@@ -35,11 +36,6 @@ impl Mesh {
         }
     }
 
-    /// Corners of a triangle.
-    pub(crate) fn corners(&self, triangle: u32) -> [Vec3; 3] {
-        self.indices[triangle as usize].map(|i| self.positions[i as usize])
-    }
-
     /// Texture coordinates of a triangle's corners.
     pub(crate) fn corner_uvs(&self, triangle: u32) -> [Vec2; 3] {
         if self.uvs.is_empty() {
@@ -48,80 +44,88 @@ impl Mesh {
         self.indices[triangle as usize].map(|i| self.uvs[i as usize])
     }
 
-    /// Vertex normals of a triangle, if the mesh has them.
-    pub(crate) fn corner_normals(&self, triangle: u32) -> Option<[Vec3; 3]> {
-        (!self.normals.is_empty()).then(|| self.indices[triangle as usize].map(|i| self.normals[i as usize]))
-    }
-
     /// Interpolated texture coordinates.
     pub(crate) fn uv(&self, triangle: u32, b1: f32, b2: f32) -> Vec2 {
         let uv = self.corner_uvs(triangle);
         uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
     }
 
-    /// The surface at barycentric coordinates.
-    pub(crate) fn at(&self, triangle: u32, b1: f32, b2: f32, _time: f32) -> LocalSurface {
-        let [p0, p1, p2] = self.corners(triangle);
+    /// The surface at barycentric coordinates. With [`Detail::Frame`] derivatives and tangent are zero, and those of the normal
+    /// short of [`Detail::Curvature`].
+    #[inline]
+    pub(crate) fn at(&self, triangle: u32, [b1, b2]: [f32; 2], detail: Detail) -> LocalSurface {
+        let indices = self.indices[triangle as usize].map(|i| i as usize);
+        let [p0, p1, p2] = indices.map(|i| self.positions[i]);
         let b0 = 1.0 - b1 - b2;
 
         // The point, and a bound on its error [PBR4e, eq. 6.24 ff.].
-        let p = p0 * b0 + p1 * b1 + p2 * b2;
-        let p_error = ((p0 * b0).abs() + (p1 * b1).abs() + (p2 * b2).abs()) * gamma(7);
+        let parts = [p0 * b0, p1 * b1, p2 * b2];
+        let p = parts[0] + parts[1] + parts[2];
+        let p_error = (parts[0].abs() + parts[1].abs() + parts[2].abs()) * gamma(7);
 
-        // Geometric normal and derivatives by u and v.
+        // Geometric and shading normal: the latter says which side is outside.
         let (dp02, dp12) = (p0 - p2, p1 - p2);
-        let mut ng = Dir::normalize(dp02.cross(dp12));
-        let uvs = self.corner_uvs(triangle);
-        let (dpdu, dpdv) = self.derivatives(&uvs, dp02, dp12, ng);
+        let ng = Dir::normalize(dp02.cross(dp12));
+        let normals = (!self.normals.is_empty()).then(|| indices.map(|i| self.normals[i]));
+        let (ng, ns) = match normals {
+            Some([n0, n1, n2]) => {
+                let ns = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize().map_or(ng, Dir);
+                (ng.face_forward(ns), ns)
+            }
+            None => {
+                let ng = if self.flip { -ng } else { ng };
+                (ng, ng)
+            }
+        };
 
-        // Shading normal: it says which side is outside.
+        let uvs = match self.uvs.is_empty() {
+            true => [Vec2::ZERO, Vec2::X, Vec2::ONE],
+            false => indices.map(|i| self.uvs[i]),
+        };
         let mut surface = LocalSurface {
             p: Point(p),
             p_error,
             ng,
-            ns: ng,
-            tangent: dpdu,
+            ns,
+            tangent: Vec3::ZERO,
             uv: uvs[0] * b0 + uvs[1] * b1 + uvs[2] * b2,
-            dpdu,
-            dpdv,
+            dpdu: Vec3::ZERO,
+            dpdv: Vec3::ZERO,
             dndu: Vec3::ZERO,
             dndv: Vec3::ZERO,
         };
-        match self.corner_normals(triangle) {
-            Some([n0, n1, n2]) => {
-                let ns = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize().map_or(ng, Dir);
-                (surface.dndu, surface.dndv) = solve(&uvs, n0 - n2, n1 - n2).unwrap_or_default();
-                surface.ns = ns;
-                surface.ng = ng.face_forward(ns);
-            }
-            None => {
-                if self.flip {
-                    ng = -ng;
-                }
-                (surface.ng, surface.ns) = (ng, ng);
-            }
+        if detail == Detail::Frame {
+            return surface;
         }
+
+        // Derivatives by u and v.
+        (surface.dpdu, surface.dpdv) = derivatives(&uvs, dp02, dp12, ng);
+        surface.tangent = surface.dpdu;
         if !self.tangents.is_empty() {
-            let [t0, t1, t2] = self.indices[triangle as usize].map(|i| self.tangents[i as usize]);
+            let [t0, t1, t2] = indices.map(|i| self.tangents[i]);
             surface.tangent = t0 * b0 + t1 * b1 + t2 * b2;
         }
-        surface
-    }
-
-    fn derivatives(&self, uvs: &[Vec2; 3], dp02: Vec3, dp12: Vec3, ng: Dir) -> (Vec3, Vec3) {
-        match solve(uvs, dp02, dp12) {
-            Some((u, v)) if u.cross(v).length_squared() > 0.0 => (u, v),
-            _ => {
-                let f = Frame::from_normal(ng);
-                (f.s, f.t)
-            }
+        if let (Detail::Curvature, Some([n0, n1, n2])) = (detail, normals) {
+            (surface.dndu, surface.dndv) = solve(&uvs, n0 - n2, n1 - n2).unwrap_or_default();
         }
+        surface
     }
 
     /// Bytes of heap memory.
     pub(crate) fn memory(&self) -> usize {
         12 * (self.positions.len() + self.normals.len() + self.tangents.len() + self.indices.len())
             + 8 * self.uvs.len()
+    }
+}
+
+/// Derivatives of the point; where (u, v) is degenerate, any tangents.
+fn derivatives(uvs: &[Vec2; 3], dp02: Vec3, dp12: Vec3, ng: Dir) -> (Vec3, Vec3) {
+    match solve(uvs, dp02, dp12) {
+        Some((u, v)) if u.cross(v).length_squared() > 0.0 => (u, v),
+        _ => {
+            let f = Frame::from_normal(ng);
+            (f.s, f.t)
+        }
     }
 }
 
@@ -153,7 +157,7 @@ mod tests {
     #[test]
     fn derivatives_follow_the_texture_coordinates() {
         let m = Mesh::new(&square(vec![]), &Transform::IDENTITY, false);
-        let s = m.at(1, 0.25, 0.25, 0.0);
+        let s = m.at(1, [0.25; 2], Detail::Tangents);
         assert!((s.dpdu - Vec3::X * 2.0).length() < 1e-6 && (s.dpdv - Vec3::Y * 2.0).length() < 1e-6);
         assert_eq!((s.ng.0, s.ns.0), (Vec3::Z, Vec3::Z));
     }
@@ -161,11 +165,11 @@ mod tests {
     #[test]
     fn the_shading_normal_says_which_side_is_outside() {
         let m = Mesh::new(&square(vec![-Vec3::Z; 4]), &Transform::IDENTITY, false);
-        assert_eq!(m.at(0, 0.2, 0.2, 0.0).ng.0, -Vec3::Z);
+        assert_eq!(m.at(0, [0.2; 2], Detail::Frame).ng.0, -Vec3::Z);
         let reversed = Mesh::new(&square(vec![-Vec3::Z; 4]), &Transform::IDENTITY, true);
-        assert_eq!(reversed.at(0, 0.2, 0.2, 0.0).ng.0, Vec3::Z);
+        assert_eq!(reversed.at(0, [0.2; 2], Detail::Frame).ng.0, Vec3::Z);
         let mirrored = Transform::scale(math::DVec3::new(-1.0, 1.0, 1.0)).unwrap();
         let m = Mesh::new(&square(vec![]), &mirrored, false);
-        assert_eq!(m.at(0, 0.2, 0.2, 0.0).ng.0, Vec3::Z, "a mirror keeps the outside outside");
+        assert_eq!(m.at(0, [0.2; 2], Detail::Frame).ng.0, Vec3::Z, "a mirror keeps the outside outside");
     }
 }

@@ -19,7 +19,7 @@ pub(crate) use quadric::{Quadric, QuadricKind};
 
 use math::{Point, Ray, Transform};
 
-use crate::materials::Gaps;
+use crate::materials::{Detail, Gaps};
 use crate::textures::FloatHandle;
 use crate::{LightId, MaterialId, MediumId};
 
@@ -39,6 +39,8 @@ pub struct Shape {
     pub medium_interface: Option<[Option<MediumId>; 2]>,
     /// Where it is nothing but a border of media.
     pub(crate) gaps: Gaps,
+    /// What its material needs to know of its points.
+    pub(crate) detail: Detail,
 }
 
 /// Forms.
@@ -51,10 +53,12 @@ pub(crate) enum ShapeGeometry {
 }
 
 impl ShapeGeometry {
-    /// The surface at a hit, in the space in which the geometry is stored. `p` is the hit point there.
-    pub(crate) fn at(&self, hit: &accel::Hit, ray_in_space: &Ray, p: Point) -> LocalSurface {
+    /// The surface at a hit, in the space in which the geometry is stored. `p` is the hit point there. Meshes, which are
+    /// most of what is hit, leave out what is not asked for.
+    #[inline]
+    pub(crate) fn at(&self, hit: &accel::Hit, ray_in_space: &Ray, p: Point, detail: Detail) -> LocalSurface {
         match self {
-            Self::Mesh(m) => m.at(hit.primitive, hit.u, hit.v, ray_in_space.time),
+            Self::Mesh(m) => m.at(hit.primitive, [hit.u, hit.v], detail),
             Self::Patches(m) => m.at(hit.primitive, hit.u, hit.v),
             Self::Quadric(q) => q.at(hit.u, hit.v, p),
             Self::Strand(s) => s.at(hit.primitive, hit.u, hit.v, ray_in_space, p),

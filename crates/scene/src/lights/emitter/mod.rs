@@ -7,6 +7,9 @@
 //! | rectangle        | uniform in the spherical rectangle [Urena2013]        | uniform area                   |
 //! | sphere's part, disk, cylinder, patch | –                                 | by area                        |
 //!
+//! Solid angle is not worth its arctangents where a flat surface is far for its size: its density by area, `r³` but for a
+//! factor, hardly varies there. From [`FAR`] on it is drawn by area.
+//!
 //! Normals point to the side that emits. Analytic surfaces under an affine map that is no similarity are drawn
 //! uniformly in object space; their density per world area says so.
 
@@ -24,6 +27,16 @@ pub(crate) use disk::Disk;
 pub(crate) use patch::Patch;
 pub(crate) use sphere::Sphere;
 pub(crate) use triangle::Triangle;
+
+/// A flat surface is far from this many times its radius on: `r³` varies by (5/3)³ at the most, where the surface lies along
+/// the line of sight, and hardly at all where it faces the viewer.
+const FAR: f32 = 4.0;
+
+/// Is a flat surface far, whose points lie within the root of `radius_squared` of `middle`?
+#[inline]
+fn is_far(from: Point, middle: Vec3, radius_squared: f32) -> bool {
+    from.0.distance_squared(middle) > FAR * FAR * radius_squared
+}
 
 /// A surface that emits. Triangles are many and stay flat; the others are few.
 #[derive(Clone, Debug)]
@@ -98,6 +111,7 @@ impl Emitter {
     }
 
     /// A point as seen from `from`, with [`Emitter::pdf`] as its density.
+    #[inline]
     pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
         let by_angle = match self {
             Self::Triangle(s) => s.sample(from, u),

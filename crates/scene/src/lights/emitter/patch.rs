@@ -7,9 +7,9 @@
 use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma};
 use sampling::{Area, Pdf, SolidAngle, warp};
 
-use super::{NormalCone, SurfaceSample};
+use super::{NormalCone, SurfaceSample, is_far};
 
-/// Below this solid angle, in sr, area sampling is as good.
+/// Below this solid angle, in sr, digits are lost.
 const LEAST_SOLID_ANGLE: f32 = 1e-4;
 /// Above it, nearly a hemisphere, the viewer may lie on the patch itself but for rounding: its own back would be lit.
 const MOST_SOLID_ANGLE: f32 = 6.22;
@@ -29,6 +29,9 @@ pub(crate) struct Patch {
     flat: Option<Dir>,
     p_error: Vec3,
     area: f32,
+    middle: Vec3,
+    /// Squared distance from the middle to the farthest corner.
+    radius_squared: f32,
 }
 
 impl Patch {
@@ -46,7 +49,10 @@ impl Patch {
         let size_of_p = p.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs()));
         let p_error = size_of_p * gamma(8) + Vec3::splat(size_of_p.max_element() * 1e-9);
         let side = if flip { -1.0 } else { 1.0 };
-        let mut patch = Self { p, uv, normals, side, rectangle, flat: None, p_error, area: 0.0 };
+        let middle = bilerp(p, [0.5; 2]);
+        let radius_squared = p.iter().fold(0.0, |r: f32, p| r.max(p.distance_squared(middle)));
+        let (flat, area) = (None, 0.0);
+        let mut patch = Self { p, uv, normals, side, rectangle, flat, p_error, area, middle, radius_squared };
         patch.area = patch.integrated_area();
         patch.flat = (rectangle.is_some() && normals.is_none()).then(|| patch.normal([0.5; 2]));
         (patch.area > 0.0 && patch.area.is_finite()).then_some(patch)
@@ -83,20 +89,29 @@ impl Patch {
     }
 
     fn pdf_area_at(&self, uv: [f32; 2]) -> Pdf<Area> {
+        if self.rectangle.is_some() {
+            return Pdf::new(1.0 / self.area);
+        }
         let p = warp::bilinear_pdf(uv, self.weights()).value() / self.cross(uv).length();
         Pdf::new(if p.is_finite() { p } else { 0.0 })
     }
 
+    #[inline]
     pub(crate) fn sample_area(&self, u: [f32; 2]) -> SurfaceSample<Area> {
+        if self.rectangle.is_some() {
+            return self.at(u, Pdf::new(1.0 / self.area));
+        }
         let uv = warp::bilinear(u, self.weights());
         self.at(uv, self.pdf_area_at(uv))
     }
 
     pub(crate) fn pdf_area(&self, p: Point) -> Pdf<Area> {
-        self.pdf_area_at(self.parameters(p))
+        let uv = if self.rectangle.is_some() { [0.5; 2] } else { self.parameters(p) };
+        self.pdf_area_at(uv)
     }
 
     /// `None`: sample by area.
+    #[inline]
     pub(crate) fn sample(&self, from: Point, u: [f32; 2]) -> Option<SurfaceSample<SolidAngle>> {
         let seen = self.seen(from)?;
         Some(self.at(seen.coordinates(u), seen.pdf()))
@@ -107,12 +122,18 @@ impl Patch {
         self.seen(from).map(|s| s.pdf())
     }
 
-    fn seen(&self, from: Point) -> Option<warp::SphericalRectangle> {
-        self.rectangle?
+    #[inline]
+    fn seen(&self, from: Point) -> Option<warp::SphericalRectangle<'_>> {
+        let rectangle = self.rectangle.as_ref()?;
+        if is_far(from, self.middle, self.radius_squared) {
+            return None;
+        }
+        rectangle
             .seen_from(from)
             .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE && r.solid_angle() < MOST_SOLID_ANGLE)
     }
 
+    #[inline]
     fn at<M: sampling::Measure>(&self, uv: [f32; 2], pdf: Pdf<M>) -> SurfaceSample<M> {
         SurfaceSample {
             p: Point(self.point(uv)),

@@ -9,9 +9,9 @@
 use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma, trig};
 use sampling::{Area, Pdf, SolidAngle, warp};
 
-use super::{NormalCone, SurfaceSample};
+use super::{NormalCone, SurfaceSample, is_far};
 
-/// Below this solid angle, in sr, area sampling is as good.
+/// Below this solid angle, in sr, digits are lost.
 const LEAST_SOLID_ANGLE: f32 = 3e-4;
 /// Above it, nearly a hemisphere, the corners lie in one plane with the viewer and digits are lost
 /// (pbrt-v4's limit).
@@ -67,6 +67,12 @@ impl Triangle {
 
     /// `None`: by area.
     pub(crate) fn pdf(&self, from: Point) -> Option<Pdf<SolidAngle>> {
+        // No corner is farther from the middle than two thirds of the longest edge.
+        let edges = [self.e1, self.e2, self.e2 - self.e1].map(Vec3::length_squared);
+        let longest = edges[0].max(edges[1]).max(edges[2]);
+        if is_far(from, self.p0 + (self.e1 + self.e2) * (1.0 / 3.0), longest * (4.0 / 9.0)) {
+            return None;
+        }
         let to_p0 = self.p0 - from.0;
         let corners = [to_p0, to_p0 + self.e1, to_p0 + self.e2];
         let length = corners.map(Vec3::length);
