@@ -281,7 +281,7 @@ impl<S: Shortcut> Path<S> {
         walk.steps += 1;
         // One direction for so many light samples.
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf * (1.0 / n_light as f32)));
-        walk.shortcut_from = (shortcut && s.pdf.is_some()).then_some((*si, shading.clone()));
+        walk.shortcut_from = if shortcut && s.pdf.is_some() { Some((*si, shading.clone())) } else { None };
         let dir = shading.frame.to_world(s.wi);
         walk.medium = walk.scene.medium_after(si, dir, walk.medium);
         walk.ray = si.spawn_ray(dir);
