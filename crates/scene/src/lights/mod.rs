@@ -159,16 +159,18 @@ impl Lights {
         u: [f32; 2],
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
-        let sample = match &self.list[light.index()] {
-            Light::Area(l) => l.sample(&self.emissions, light, context.p, u, wavelengths),
-            other => self.sample_pointlike(other, (light, context.p), u, wavelengths),
+        let kind = &self.list[light.index()];
+        let sample = if let Light::Area(l) = kind {
+            l.sample(&self.emissions, light, context.p, u, wavelengths)
+        } else {
+            self.sample_of(kind, (light, context.p), u, wavelengths)
         };
         sample.filter(|s| !s.li.is_black())
     }
 
-    /// [`Lights::sample`] of a light that is no surface.
+    /// [`Lights::sample`] of a light of any kind, not inlined; black ones too.
     #[inline(never)]
-    fn sample_pointlike(
+    fn sample_of(
         &self,
         kind: &Light,
         (light, from): (LightId, Point),

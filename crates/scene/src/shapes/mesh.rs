@@ -54,8 +54,10 @@ impl Mesh {
     /// short of [`Detail::Curvature`].
     #[inline]
     pub(crate) fn at(&self, triangle: u32, [b1, b2]: [f32; 2], detail: Detail) -> LocalSurface {
-        let indices = self.indices[triangle as usize].map(|i| i as usize);
-        let [p0, p1, p2] = indices.map(|i| self.positions[i]);
+        // (Not by `map`, of which calls are left.)
+        let [i0, i1, i2] = self.indices[triangle as usize];
+        let [i0, i1, i2] = [i0 as usize, i1 as usize, i2 as usize];
+        let (p0, p1, p2) = (self.positions[i0], self.positions[i1], self.positions[i2]);
         let b0 = 1.0 - b1 - b2;
 
         // The point, and a bound on its error [PBR4e, eq. 6.24 ff.].
@@ -66,7 +68,10 @@ impl Mesh {
         // Geometric and shading normal: the latter says which side is outside.
         let (dp02, dp12) = (p0 - p2, p1 - p2);
         let ng = Dir::normalize(dp02.cross(dp12));
-        let normals = (!self.normals.is_empty()).then(|| indices.map(|i| self.normals[i]));
+        let normals = match self.normals.is_empty() {
+            true => None,
+            false => Some([self.normals[i0], self.normals[i1], self.normals[i2]]),
+        };
         let (ng, ns) = match normals {
             Some([n0, n1, n2]) => {
                 let ns = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize().map_or(ng, Dir);
@@ -80,7 +85,7 @@ impl Mesh {
 
         let uvs = match self.uvs.is_empty() {
             true => [Vec2::ZERO, Vec2::X, Vec2::ONE],
-            false => indices.map(|i| self.uvs[i]),
+            false => [self.uvs[i0], self.uvs[i1], self.uvs[i2]],
         };
         let mut surface = LocalSurface {
             p: Point(p),
@@ -102,8 +107,8 @@ impl Mesh {
         (surface.dpdu, surface.dpdv) = derivatives(&uvs, dp02, dp12, ng);
         surface.tangent = surface.dpdu;
         if !self.tangents.is_empty() {
-            let [t0, t1, t2] = indices.map(|i| self.tangents[i]);
-            surface.tangent = t0 * b0 + t1 * b1 + t2 * b2;
+            let t = &self.tangents;
+            surface.tangent = t[i0] * b0 + t[i1] * b1 + t[i2] * b2;
         }
         if let (Detail::Curvature, Some([n0, n1, n2])) = (detail, normals) {
             (surface.dndu, surface.dndv) = solve(&uvs, n0 - n2, n1 - n2).unwrap_or_default();

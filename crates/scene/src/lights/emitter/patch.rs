@@ -198,6 +198,7 @@ impl Patch {
     }
 }
 
+#[inline]
 fn bilerp<T>(c: [T; 4], [u, v]: [f32; 2]) -> T
 where
     T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
