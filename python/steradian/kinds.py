@@ -121,6 +121,8 @@ class RealisticCamera(Described):
     """Distance from the film of the plane in focus, in scene units, which count as metres."""
     diagonal_mm: float
     """The film's diagonal, in mm."""
+    aperture: Any = 'disk'
+    """Shape of the stop. It changes the blur and not the brightness, as in pbrt."""
     world_from_camera: Matrix = _IDENTITY
     """Where it is. Camera space is left-handed: x right, y up, z forward."""
     shutter_open: float = 0.0

@@ -12,6 +12,7 @@
 //! A reader never panics on input: it collects diagnostics with file, line and column in a
 //! [`scene_desc::Sink`], as many as it can find in one go, and gives no scene if one of them is an error.
 
+mod apertures;
 mod gltf;
 mod load;
 mod mesh;

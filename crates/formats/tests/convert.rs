@@ -116,7 +116,10 @@ fn our_own_scenes_come_back_bit_by_bit() {
         let folder = Folder::new();
         let scene = load(&file);
         let (back, messages) = round(&scene, &folder);
-        assert_eq!(messages, "", "{}", file.display());
+        // The shape of a thin lens is an extension of ours.
+        let is_extended = file.ends_with("gaussian-lens.pbrt");
+        assert_eq!(messages.contains("thin lens of such a shape"), is_extended, "{messages}");
+        assert!(is_extended || messages.is_empty(), "{}: {messages}", file.display());
         same(&file.display().to_string(), &scene, &back);
     }
 }

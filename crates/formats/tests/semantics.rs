@@ -10,11 +10,11 @@
 mod common;
 
 use common::{Folder, load, world};
-use math::{Point, Vec3};
+use math::{Point, Vec2, Vec3};
 use scene_desc::{
-    CameraKind, ColorSpaceName, ConductorSpectrum, FilterDesc, FloatInput, Geometry, ImageEncoding,
-    IndexOfRefraction, LightKind, LightSelection, Mapping2d, MaterialKind, MediumKind, ParameterValue,
-    SpectrumDesc, SpectrumInput, TextureInput, TextureNode, WrapMode,
+    ApertureDesc, CameraKind, ColorSpaceName, ConductorSpectrum, FilterDesc, FloatInput, Geometry,
+    ImageEncoding, IndexOfRefraction, LightKind, LightSelection, Mapping2d, MaterialKind, MediumKind,
+    ParameterValue, SpectrumDesc, SpectrumInput, TextureInput, TextureNode, WrapMode,
 };
 
 /// Options and nothing else.
@@ -446,6 +446,42 @@ fn the_content_hash_sees_every_file_and_no_path() {
     assert_ne!(first, hash(scene, 2, "x"));
     assert_ne!(first, hash(scene, 1, "y"));
     assert_ne!(first, hash(&format!("{scene} "), 1, "x"));
+}
+
+#[test]
+fn openings_of_lenses_have_shapes() {
+    let read = |camera: &str| {
+        let text = format!("Camera {camera}\nWorldBegin\nShape \"sphere\"\n");
+        let folder = Folder::new().with("l.dat", "50 2 1.5 20\n-50 1 1 20\n0 45 0 8\n").with("a.pfm", "x");
+        let (scene, messages) = folder.with("a.pbrt", &text).load("a.pbrt");
+        let shape = scene.map(|s| match s.camera.kind {
+            CameraKind::Perspective { aperture, .. } => aperture,
+            CameraKind::Realistic(stack) => stack.aperture,
+            CameraKind::Orthographic { .. } | CameraKind::Spherical { .. } => panic!("{camera}"),
+        });
+        (shape, messages)
+    };
+    let corners = |camera: &str| match read(camera) {
+        (Some(ApertureDesc::Polygon(corners)), messages) if messages.is_empty() => corners,
+        other => panic!("{camera}: {other:?}"),
+    };
+    let hexagon =
+        corners("\"perspective\" \"float lensradius\" 0.1 \"integer blades\" 6 \"float rotation\" 90");
+    assert!(hexagon.len() == 6 && (hexagon[0] + Vec2::X).length() < 1e-6, "{hexagon:?}");
+    let lens = "\"realistic\" \"string lensfile\" \"l.dat\" \"string aperture\"";
+    assert_eq!(corners(&format!("{lens} \"square\"")).len(), 4);
+    let pentagon = corners(&format!("{lens} \"pentagon\""));
+    assert!(pentagon.len() == 5 && (pentagon[0] - Vec2::new(0.0, -0.8)).length() < 1e-6, "{pentagon:?}");
+    assert_eq!(corners(&format!("{lens} \"star\"")).len(), 10);
+    assert!(
+        matches!(read(&format!("{lens} \"gaussian\"")), (Some(ApertureDesc::Gaussian), m) if m.is_empty())
+    );
+    assert!(matches!(read(&format!("{lens} \"circular\"")), (Some(ApertureDesc::Disk), m) if m.is_empty()));
+    assert!(matches!(read(&format!("{lens} \"a.pfm\"")), (Some(ApertureDesc::Image(_)), m) if m.is_empty()));
+    let (none, messages) = read(&format!("{lens} \"heart\""));
+    assert!(none.is_none() && messages.contains("a.pbrt:1:") && messages.contains("heart cannot be read"));
+    let (none, messages) = read("\"perspective\" \"integer blades\" 2");
+    assert!(none.is_none() && messages.contains("2 blades"), "{messages}");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use common::{Estimate, estimate, scene, worst};
 use testkit::statistics::sidak;
 
 /// Tests in the family: 15 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
-const FAMILY: usize = 18 * 15 * 9 * 3;
+const FAMILY: usize = 19 * 15 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -137,6 +137,13 @@ fn on_parallel_projection_with_a_wide_filter() {
 #[test]
 fn on_a_wide_lens_and_a_lamp_without_a_surface() {
     all_agree("wide-lens", false, &methods());
+}
+
+#[test]
+fn on_a_lens_that_is_denser_in_its_middle() {
+    let of = ["path", "light", "bdpt"];
+    let methods: Vec<_> = methods().into_iter().filter(|m| of.contains(&m.name)).collect();
+    all_agree("gaussian-lens", false, &methods);
 }
 
 #[test]

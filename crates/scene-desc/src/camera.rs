@@ -71,6 +71,9 @@ pub struct LensStackDesc {
     pub focus_distance: f32,
     /// The film's diagonal, in mm.
     pub diagonal_mm: f32,
+    /// Shape of the stop. It changes the blur and not the brightness, as in pbrt.
+    #[serde(default)]
+    pub aperture: ApertureDesc,
 }
 
 /// One interface of a stack of lenses, or its stop.
@@ -86,7 +89,7 @@ pub struct LensElement {
     pub aperture: f32,
 }
 
-/// Shape of a lens opening, on the unit disk.
+/// Shape of a lens opening, on the unit disk: x right and y up as in camera space.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ApertureDesc {
@@ -95,6 +98,10 @@ pub enum ApertureDesc {
     Disk,
     /// A polygon's corners in order.
     Polygon(#[schemars(with = "Vec<[f32; 2]>")] Vec<Vec2>),
+    /// Denser in the middle: `exp(−r²) − exp(−1)`, as in pbrt.
+    Gaussian,
+    /// By the mean of R, G and B of an image over the square around the disk, its top at y = 1.
+    Image(std::path::PathBuf),
 }
 
 /// Mappings of the sphere of directions.
@@ -128,5 +135,19 @@ impl Default for CameraDesc {
             medium: None,
             span: Span::NONE,
         }
+    }
+}
+
+impl ApertureDesc {
+    /// An opening of `blades` straight blades; one corner stands `rotation` degrees from straight up, against the clock as
+    /// the camera sees it. `None` for fewer than three.
+    #[must_use]
+    pub fn blades(blades: u32, rotation: f32) -> Option<Self> {
+        let corner = |i: u32| {
+            let turn = std::f32::consts::TAU * i as f32 / blades as f32;
+            let (sin, cos) = math::trig::sin_cos(turn + (90.0 + rotation).to_radians());
+            Vec2::new(cos, sin)
+        };
+        (3..=1024).contains(&blades).then(|| Self::Polygon((0..blades).map(corner).collect()))
     }
 }

@@ -121,6 +121,12 @@ impl SceneDesc {
             .lights
             .iter_mut()
             .filter_map(|l| if let LightKind::Ies { path, .. } = &mut l.kind { Some(path) } else { None });
-        images.chain(measured).chain(lamps).collect()
+        let opening = match &mut self.camera.kind {
+            CameraKind::Perspective { aperture, .. } => Some(aperture),
+            CameraKind::Realistic(stack) => Some(&mut stack.aperture),
+            CameraKind::Orthographic { .. } | CameraKind::Spherical { .. } => None,
+        };
+        let opening = opening.and_then(|a| if let ApertureDesc::Image(path) = a { Some(path) } else { None });
+        images.chain(measured).chain(lamps).chain(opening).collect()
     }
 }

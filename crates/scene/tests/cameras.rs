@@ -31,6 +31,8 @@ fn cameras() -> Vec<(&'static str, Camera)> {
         focal_distance: 3.0,
         aperture: ApertureDesc::Polygon(hexagon.collect()),
     };
+    let aperture = ApertureDesc::Gaussian;
+    let gaussian = CameraKind::Perspective { fov: 45.0, lens_radius: 0.3, focal_distance: 3.0, aperture };
     let make = |kind, t| {
         let desc =
             CameraDesc { kind, world_from_camera: AnimatedTransform::fixed(t), ..CameraDesc::default() };
@@ -45,6 +47,7 @@ fn cameras() -> Vec<(&'static str, Camera)> {
         ("lens, twice as large", make(perspective(50.0, 0.1, 1.5), twice)),
         ("lens, uneven scale", make(perspective(50.0, 0.1, 1.5), uneven)),
         ("hexagonal lens", make(hexagonal, turned)),
+        ("Gaussian lens", make(gaussian, turned)),
         ("orthographic", make(orthographic(0.0), turned)),
         ("orthographic, uneven scale", make(orthographic(0.0), uneven)),
         ("orthographic with lens", make(orthographic(0.2), turned)),

@@ -5,7 +5,7 @@ use scene_desc::{ApertureDesc, CameraDesc, CameraKind, LensElement, LensStackDes
 use super::build::Build;
 use super::params::{Params, Type};
 use super::state::{Entity, PlacedEntity};
-use crate::{source, suggest};
+use crate::{apertures, source, suggest};
 
 const NAMES: [&str; 4] = ["perspective", "orthographic", "spherical", "realistic"];
 
@@ -78,7 +78,38 @@ impl Build<'_, '_> {
             self.report.error(at, format!("a field of view of {fov} degrees")).hint("expected 0 to 180");
             fov = 90.0;
         }
-        CameraKind::Perspective { fov, lens_radius, focal_distance, aperture: ApertureDesc::Disk }
+        CameraKind::Perspective { fov, lens_radius, focal_distance, aperture: self.aperture(p) }
+    }
+
+    /// The shape of an opening: pbrt's names for its lens stacks, or an image; of ours are "blades" and "rotation", and
+    /// both for thin lenses too.
+    fn aperture(&mut self, p: &Params) -> ApertureDesc {
+        let blades = p.integer_opt("blades", self.report);
+        let rotation = p.float("rotation", 0.0, self.report);
+        let (name, span) = p.string_opt("aperture", self.report).unwrap_or_default();
+        if let Some((n, at)) = blades {
+            let shape = u32::try_from(n).ok().and_then(|n| ApertureDesc::blades(n, rotation));
+            return shape.unwrap_or_else(|| {
+                self.report.error(at, format!("{n} blades")).hint("a lens has three of them, or more");
+                ApertureDesc::Disk
+            });
+        }
+        if name.is_empty() || name == "circular" {
+            return ApertureDesc::Disk;
+        }
+        if let Some(shape) = apertures::named(&name) {
+            return shape;
+        }
+        let path = self.resolve(&name);
+        match source::hash(&path) {
+            Ok(hash) => self.hashes.push(hash),
+            Err(e) => {
+                let message = format!("aperture {} cannot be read: {e}", path.display());
+                let hint = "expected \"gaussian\", \"square\", \"pentagon\", \"star\" or an image";
+                self.report.error(span, message).hint(hint);
+            }
+        }
+        ApertureDesc::Image(path)
     }
 
     /// Lens radius and distance of focus.
@@ -139,17 +170,13 @@ impl Build<'_, '_> {
             let hint = "expected four numbers a line: radius, thickness, index, diameter";
             return self.refuse(span, format!("{} is no lens file", path.display()), hint);
         };
-        if let Some((shape, at)) = p.string_opt("aperture", self.report).filter(|(a, _)| a != "circular") {
-            self.report
-                .warning(at, format!("a lens stack's stop of shape \"{shape}\" is not supported"))
-                .hint("it is round");
-        }
         let element = |c: &[f32]| LensElement { curvature: c[0], thickness: c[1], eta: c[2], aperture: c[3] };
         Some(CameraKind::Realistic(LensStackDesc {
             elements: numbers.chunks_exact(4).map(element).collect(),
             aperture_diameter: p.float("aperturediameter", 1.0, self.report),
             focus_distance: p.float("focusdistance", 10.0, self.report),
             diagonal_mm: film.map_or(35.0, |f| f.params.float("diagonal", 35.0, self.report)),
+            aperture: self.aperture(p),
         }))
     }
 }

@@ -1,9 +1,10 @@
 //! What stands before `WorldBegin`.
 
-use scene_desc::{CameraKind, ColorSpaceName, FilterDesc, SphericalMapping};
+use scene_desc::{ApertureDesc, CameraKind, ColorSpaceName, FilterDesc, SphericalMapping};
 
 use super::params::Params;
 use super::{WriteError, Writer, matrix};
+use crate::apertures;
 
 /// pbrt has no word for "no limit".
 const DEEPEST: u32 = 1 << 20;
@@ -133,6 +134,29 @@ impl Writer<'_, '_, '_> {
         self.line(0, &format!("Integrator \"{name}\"{}", p.0));
     }
 
+    /// Writes the shape of an opening; is there one, other than the disk?
+    fn aperture(&self, p: &mut Params, shape: &ApertureDesc) -> Result<bool, WriteError> {
+        let named = apertures::NAMES.into_iter().find(|n| apertures::named(n).as_ref() == Some(shape));
+        match shape {
+            ApertureDesc::Disk => return Ok(false),
+            ApertureDesc::Image(path) => {
+                let bytes =
+                    std::fs::read(path).map_err(|source| WriteError::Io { path: path.clone(), source })?;
+                let own = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+                let name = self.file(&format!("aperture-{own}"), &bytes)?;
+                p.string("aperture", &name);
+            }
+            ApertureDesc::Gaussian => p.string("aperture", "gaussian"),
+            ApertureDesc::Polygon(_) if named.is_some() => p.string("aperture", named.unwrap_or_default()),
+            ApertureDesc::Polygon(corners) => {
+                let first = corners.first().map_or(0.0, |c| math::trig::atan2(c.y, c.x).to_degrees() - 90.0);
+                p.integer("blades", corners.len() as u32);
+                p.float_unless("rotation", first, 0.0);
+            }
+        }
+        Ok(true)
+    }
+
     #[allow(clippy::too_many_lines, reason = "one arm a kind")]
     fn camera(&mut self) -> Result<(), WriteError> {
         let c = &self.scene.camera;
@@ -144,8 +168,12 @@ impl Writer<'_, '_, '_> {
                     p.float("lensradius", *lens_radius);
                     p.float("focaldistance", *focal_distance);
                 }
-                if *aperture != scene_desc::ApertureDesc::Disk {
-                    self.otherwise(c.span, "polygonal lens for this camera", "it is written round");
+                if self.aperture(&mut p, aperture)? {
+                    self.otherwise(
+                        c.span,
+                        "thin lens of such a shape",
+                        "its parameters are an extension of ours",
+                    );
                 }
                 "perspective"
             }
@@ -165,6 +193,7 @@ impl Writer<'_, '_, '_> {
                 p.string("lensfile", &name);
                 p.float("aperturediameter", stack.aperture_diameter);
                 p.float("focusdistance", stack.focus_distance);
+                self.aperture(&mut p, &stack.aperture)?;
                 "realistic"
             }
             CameraKind::Spherical { mapping } => {

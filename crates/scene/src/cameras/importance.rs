@@ -20,13 +20,14 @@ pub(super) fn densities(camera: &Camera, pose: &Pose, ray: &Ray) -> Densities {
     let d = pose.camera_vector(ray.dir.0);
     match &camera.projection {
         Projection::Perspective { film, focal_distance, lens } => {
-            let position = lens.pdf().map(|p| p * (1.0 / pose.film_scale()));
+            let on_lens = pose.camera_point(ray.origin);
+            let position = lens.pdf(on_lens.truncate()).map(|p| p * (1.0 / pose.film_scale()));
             let nothing = (position.map(|_| Pdf::ZERO), Some(Pdf::ZERO), None);
             let cos_world = pose.forward().dot(ray.dir);
             if d.z <= 0.0 || cos_world <= 0.0 {
                 return nothing;
             }
-            let focus = pose.camera_point(ray.origin) + d * (focal_distance / d.z);
+            let focus = on_lens + d * (focal_distance / d.z);
             let Some(raster) =
                 camera.on_film(film.raster([focus.x / focal_distance, focus.y / focal_distance]))
             else {

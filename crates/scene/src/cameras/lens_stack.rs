@@ -2,10 +2,14 @@
 //!
 //! Lens space: the film lies in z = 0, the scene towards +z, lengths in scene units (files have millimetres; pbrt takes a unit for
 //! a metre, and so do we). The weight of a ray is `A cos⁴ θ / z²`, with `A` the area of the exit pupil's box from which it was drawn
-//! and `z` the distance of the rearmost element: radiance times weight is the irradiance on the film.
+//! and `z` the distance of the rearmost element: radiance times weight is the irradiance on the film. A stop that is not round is as bright as a round one, as in pbrt-v4.
+
+use std::f32::consts::PI;
 
 use math::{Vec2, Vec3, trig};
-use scene_desc::{LensElement, LensStackDesc};
+use scene_desc::{ApertureDesc, LensElement, LensStackDesc};
+
+use super::aperture::Aperture;
 
 /// Boxes over the film's radius in which exit pupils are found.
 const N_PUPILS: usize = 64;
@@ -21,6 +25,8 @@ pub(super) struct LensStack {
     half: Vec2,
     /// For film points at growing distance along +x: the box on the plane of the rear element.
     pupils: Vec<[Vec2; 2]>,
+    /// Shape of the stop, for one of radius one; `None` for a round one.
+    stop: Option<Aperture>,
 }
 
 /// A ray: origin and direction.
@@ -48,7 +54,9 @@ impl LensStack {
         }
         let [x, y] = resolution.map(|r| r as f32);
         let half = Vec2::new(x, y) * (0.5e-3 * desc.diagonal_mm / (x * x + y * y).sqrt());
-        let mut stack = Self { elements, half, pupils: Vec::new() };
+        let is_round = desc.aperture == ApertureDesc::Disk;
+        let stop = if is_round { None } else { Some(Aperture::new(1.0, &desc.aperture)?) };
+        let mut stack = Self { elements, half, pupils: Vec::new(), stop };
         let focused = stack.focused_thickness(desc.focus_distance)?;
         stack.elements.last_mut()?.thickness = focused;
         stack.pupils = (0..N_PUPILS).map(|i| stack.pupil(i)).collect();
@@ -63,9 +71,19 @@ impl LensStack {
         let (to, area) = self.sample_pupil(film, u)?;
         let origin = film.extend(0.0);
         let d = to - origin;
-        let out = self.trace((origin, d), false)?;
+        let mut through = 1.0;
+        let out = self.trace_to((origin, d), false, |p| through *= self.open(p))?;
         let cos = d.z / d.length();
-        Some((out, area * cos * cos * cos * cos / (to.z * to.z)))
+        (through > 0.0).then(|| (out, through * area * cos * cos * cos * cos / (to.z * to.z)))
+    }
+
+    /// How open the stop is at a point of the unit disk: one for a round one, and in the mean over the disk.
+    fn open(&self, p: Vec2) -> f32 {
+        match &self.stop {
+            None => 1.0,
+            Some(stop) if stop.contains(p) => stop.pdf(p).map_or(1.0, |pdf| pdf.value() * PI),
+            Some(_) => 0.0,
+        }
     }
 
     /// The direction to the middle of what a place on the film sees: where a pinhole camera would look.
@@ -124,8 +142,14 @@ impl LensStack {
         self.elements.iter().map(|e| e.thickness).sum()
     }
 
-    /// Through all elements from the film, or (`reversed`) from the scene with the direction towards −z.
-    fn trace(&self, (mut o, mut d): Line, reversed: bool) -> Option<Line> {
+    /// See [`LensStack::trace_to`].
+    fn trace(&self, line: Line, reversed: bool) -> Option<Line> {
+        self.trace_to(line, reversed, |_| ())
+    }
+
+    /// Through all elements from the film, or (`reversed`) from the scene with the direction towards −z. `at_stop` is told
+    /// where the line passes stops, over their radius.
+    fn trace_to(&self, (mut o, mut d): Line, reversed: bool, mut at_stop: impl FnMut(Vec2)) -> Option<Line> {
         let n = self.elements.len();
         // The vertex of each element, from the rear on.
         let mut z = if reversed { self.front_z() } else { 0.0 };
@@ -151,7 +175,9 @@ impl LensStack {
                 return None;
             }
             o = p;
-            if e.curvature != 0.0 {
+            if e.curvature == 0.0 {
+                at_stop(p.truncate() / (0.5 * e.aperture));
+            } else {
                 let front =
                     if i > 0 && self.elements[i - 1].eta != 0.0 { self.elements[i - 1].eta } else { 1.0 };
                 let rear = if e.eta != 0.0 { e.eta } else { 1.0 };
@@ -237,6 +263,7 @@ mod tests {
             aperture_diameter: 8.0,
             focus_distance: focus,
             diagonal_mm: 35.0,
+            aperture: ApertureDesc::Disk,
         }
     }
 
@@ -271,18 +298,20 @@ mod tests {
     #[test]
     fn the_middle_is_as_bright_as_its_f_number_says() {
         // Irradiance over radiance: π / (4 N² (1 + m)²) = the solid angle of the stop's image, about A / z² on the axis.
-        let stack = LensStack::new(&simple(50.0), [300, 200]).unwrap();
-        let n = 64;
-        let mut sum = 0.0_f64;
-        for i in 0..n * n {
-            let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
-            sum += stack.ray([0.5, 0.5], u).map_or(0.0, |(_, w)| f64::from(w));
+        for aperture in [ApertureDesc::Disk, ApertureDesc::blades(5, 20.0).unwrap(), ApertureDesc::Gaussian] {
+            let stack = LensStack::new(&LensStackDesc { aperture, ..simple(50.0) }, [300, 200]).unwrap();
+            let n = 64;
+            let mut sum = 0.0_f64;
+            for i in 0..n * n {
+                let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
+                sum += stack.ray([0.5, 0.5], u).map_or(0.0, |(_, w)| f64::from(w));
+            }
+            let mean = sum / f64::from(n * n);
+            // The stop is the rearmost element: 8 mm wide, seen by the film from its own distance.
+            let z = f64::from(stack.rear_z());
+            let exact = std::f64::consts::PI * 0.004 * 0.004 / (z * z);
+            assert!((mean / exact - 1.0).abs() < 0.03, "{mean} is not {exact}: {:?}", stack.stop);
         }
-        let mean = sum / f64::from(n * n);
-        // The stop is the rearmost element: 8 mm wide, seen by the film from its own distance.
-        let z = f64::from(stack.rear_z());
-        let exact = std::f64::consts::PI * 0.004 * 0.004 / (z * z);
-        assert!((mean / exact - 1.0).abs() < 0.03, "{mean} is not {exact}");
     }
 
     #[test]

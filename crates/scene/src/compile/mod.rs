@@ -120,7 +120,7 @@ fn camera(desc: &SceneDesc, resolution: [u32; 2], sink: &mut Sink) -> Option<Cam
     let camera = Camera::compile(&desc.camera, resolution).map(|c| c.with_border(desc.filter.reach()));
     if camera.is_none() {
         sink.error(desc.camera.span, "this camera has no meaning")
-            .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees");
+            .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees, its aperture lets light through");
     }
     camera
 }
