@@ -258,8 +258,8 @@ class InfiniteImageLight(Described):
     illuminance: float | None = None
     """Illuminance of a horizontal surface instead of the scale."""
     portal: Sequence[Any] | None = None
-    """Corners in order, in world space, of a rectangular window through which all of it comes (as in pbrt): from the
-    side to which `(p₃ − p₀) × (p₁ − p₀)` points. Elsewhere the sky is black."""
+    """Corners in order, in world space, of a rectangular window through which all of it comes (as in pbrt): from
+    the side to which `(p₃ − p₀) × (p₁ − p₀)` points. Elsewhere the sky is black."""
     world_from_light: Matrix = _IDENTITY
     """Where it is and how it is turned."""
     medium: Any | None = None
