@@ -231,8 +231,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "correlated-lobe",
         mistake: "one random number chooses the lobe and the facet",
         file: "crates/integrators/src/common/directions.rs",
-        from: "return by_bsdf(bsdf, wo, u_lobe, u, mode);",
-        to: "return by_bsdf(bsdf, wo, u[1], u, mode);",
+        from: "return by_bsdf(bsdf, wo, u_lobe, sampler.next_2d(), mode);",
+        to: "let u = sampler.next_2d(); return by_bsdf(bsdf, wo, if bsdf.has_choice() { u[1] } else { u_lobe }, u, mode);",
         tests: &[
             of("steradian-tests", &["--test", "global_light"], &["glass"]),
             of("steradian-tests", &["--test", "surfaces"], &["energy", "sheets"]),

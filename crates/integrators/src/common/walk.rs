@@ -69,8 +69,9 @@ impl Walk<'_> {
         };
         let events = |path: &Subpath| path.events(path.vertices.len());
         while events(path) < self.limit {
+            let is_first = path.vertices.is_empty();
             let found = self.next_vertex(&mut on, (&mut *sampler, &mut *wl), counters, path);
-            if path.vertices.len() <= 1 && !is_lit(start, path) {
+            if is_first && !is_lit(start, path) {
                 return;
             }
             if !found || events(path) == self.limit {
