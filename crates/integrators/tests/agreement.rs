@@ -2,11 +2,10 @@
 //! noisy. All tests of this file are one family with a false-alarm rate of 1 % (Šidák).
 //!
 //! What a method cannot see is said in the table, tile by tile (3 × 3 of them, row by row from the top left).
-#![allow(clippy::print_stdout, reason = "figures of the tests")]
 
 mod common;
 
-use common::{Estimate, estimate, scene, worst};
+use common::{Estimate, Findings, estimate, scene};
 use testkit::statistics::sidak;
 
 /// Tests in the family: 15 scenes in RGB and 2 in wavelengths, 15 pairs, 9 tiles, 3 colours.
@@ -33,31 +32,13 @@ fn all_agree(name: &str, spectral: bool, methods: &[Method]) {
     let scene = scene(name, spectral);
     let estimates: Vec<Estimate> =
         methods.iter().map(|m| estimate(&scene, m.name, m.set, BATCHES, m.passes)).collect();
-    let alpha = sidak(0.01, FAMILY);
-    let mut failures = String::new();
+    let mut findings = Findings::new(sidak(0.01, FAMILY));
     for (i, a) in estimates.iter().enumerate() {
         for (j, b) in estimates.iter().enumerate().skip(i + 1) {
-            let blind = [methods[i].blind, methods[j].blind].concat();
-            let (tile, t) = worst(a, b, &blind);
-            let [ma, mb] = [a, b].map(|e| e.tiles[tile].mean());
-            let line = format!(
-                "{name}: {} and {}: tile {} colour {}: {ma:.5} and {mb:.5} ({:+.2} %), t = {:.2}, p = {:.1e}",
-                a.label,
-                b.label,
-                tile / 3,
-                tile % 3,
-                100.0 * (ma / mb - 1.0),
-                t.statistic,
-                t.p_value
-            );
-            println!("{line}");
-            if !t.is_consistent(alpha) {
-                failures += &line;
-                failures.push('\n');
-            }
+            findings.compare_tiles(name, a, b, &[methods[i].blind, methods[j].blind].concat());
         }
     }
-    assert!(failures.is_empty(), "p < {alpha:.1e}:\n{failures}");
+    findings.end();
 }
 
 fn methods() -> Vec<Method> {

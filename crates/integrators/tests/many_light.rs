@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Estimate, estimate, scene, worst};
+use common::{Findings, estimate, scene};
 use testkit::statistics::sidak;
 
 /// Scenes × ways × tiles × colours.
@@ -19,23 +19,11 @@ const CUTS: &[&str] = &["max_depth=4", "light_paths=96", "max_cut=24", "clamping
 fn agrees(name: &str, spectral: bool) {
     let scene = scene(name, spectral);
     let path = estimate(&scene, "path", &["max_depth=4"], BATCHES, 4);
-    let alpha = sidak(0.01, FAMILY);
+    let mut findings = Findings::new(sidak(0.01, FAMILY));
     for set in [ALL, CUTS] {
-        let found: Estimate = estimate(&scene, "many-light", set, BATCHES, 2);
-        let (tile, t) = worst(&path, &found, &[]);
-        let [a, b] = [&path, &found].map(|e| e.tiles[tile].mean());
-        let line = format!(
-            "{name}: {}: tile {} colour {}: {b:.5}, path {a:.5} ({:+.2} %), t = {:.2}, p = {:.1e}",
-            found.label,
-            tile / 3,
-            tile % 3,
-            100.0 * (b / a - 1.0),
-            t.statistic,
-            t.p_value
-        );
-        println!("{line}");
-        assert!(t.is_consistent(alpha), "p < {alpha:.1e}: {line}");
+        findings.compare_tiles(name, &estimate(&scene, "many-light", set, BATCHES, 2), &path, &[]);
     }
+    findings.end();
 }
 
 #[test]

@@ -4,12 +4,11 @@
 //!
 //! The radius is a third of a pixel's width: its bias is some 0.1 % (what the scenes show with larger radii, and that it
 //! goes with r² away from edges), the noise of a tile 1 %.
-#![allow(clippy::print_stdout, reason = "figures of the tests")]
 
 mod common;
 
-use common::{estimate, scene, worst};
-use testkit::statistics::{sidak, welch_test};
+use common::{Findings, estimate, scene};
+use testkit::statistics::sidak;
 
 /// Scenes, methods, tiles and the whole picture, colours.
 const FAMILY: usize = (8 + 2) * 5 * (9 + 1) * 3;
@@ -48,8 +47,7 @@ fn in_media_too() {
 }
 
 fn all_agree(scenes: &[(&str, bool)], photons: &str, radius: &[&str]) {
-    let alpha = sidak(0.01, FAMILY);
-    let mut failures = String::new();
+    let mut findings = Findings::new(sidak(0.01, FAMILY));
     for &(name, spectral) in scenes {
         let scene = scene(name, spectral);
         let path = estimate(&scene, "path", &["max_depth=4"], BATCHES, 12);
@@ -64,42 +62,11 @@ fn all_agree(scenes: &[(&str, bool)], photons: &str, radius: &[&str]) {
         for (method, own) in ways.into_iter().filter(|w| w.0 != "vcm" || name != "lens-stack") {
             let set = [&["max_depth=4", photons], radius, own].concat();
             let found = estimate(&scene, method, &set, BATCHES, 2);
-            let (tile, t) = worst(&path, &found, &[]);
-            let [a, b] = [&path, &found].map(|e| e.tiles[tile].mean());
-            let line = format!(
-                "{name}: {}: tile {} colour {}: {b:.5}, path {a:.5} ({:+.2} %), t = {:.2}, p = {:.1e}",
-                found.label,
-                tile / 3,
-                tile % 3,
-                100.0 * (b / a - 1.0),
-                t.statistic,
-                t.p_value
-            );
-            println!("{line}");
-            if !t.is_consistent(alpha) {
-                failures += &line;
-                failures.push('\n');
-            }
-            for (c, (a, b)) in path.whole.iter().zip(&found.whole).enumerate() {
-                let t = welch_test(a, b);
-                let (error, a, b) = (a.std_error().hypot(b.std_error()), a.mean(), b.mean());
-                let line = format!(
-                    "{name}: {}: all, colour {c}: {b:.5}, path {a:.5} ({:+.2} % ± {:.2} %), t = {:.2}, p = {:.1e}",
-                    found.label,
-                    100.0 * (b / a - 1.0),
-                    100.0 * error / a,
-                    t.statistic,
-                    t.p_value
-                );
-                println!("{line}");
-                if !t.is_consistent(alpha) {
-                    failures += &line;
-                    failures.push('\n');
-                }
-            }
+            findings.compare_tiles(name, &found, &path, &[]);
+            findings.compare_whole(name, &found, &path);
         }
     }
-    assert!(failures.is_empty(), "p < {alpha:.1e}:\n{failures}");
+    findings.end();
 }
 
 /// A pass whose light paths do not fit into the budget says so.

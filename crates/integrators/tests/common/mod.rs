@@ -1,6 +1,7 @@
 //! Renders small scenes for tests, and compares what integrators say of them.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 #![allow(dead_code, reason = "every test binary uses its part")]
+#![allow(clippy::print_stdout, reason = "figures of the tests")]
 
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use math::Bounds2i;
 use scene::{CompileOptions, Scene, compile};
 use scene_desc::{FilterDesc, ParameterValue, Sink};
 use steradian_integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext, create};
-use testkit::statistics::{Moments, TestResult, welch_test};
+use testkit::statistics::{Moments, welch_test};
 
 /// A scene of `tests/scenes`.
 pub(crate) fn scene(name: &str, spectral: bool) -> Scene {
@@ -120,10 +121,58 @@ pub(crate) fn estimate(scene: &Scene, name: &str, set: &[&str], batches: u32, pa
 pub(crate) const TILE: usize = 8;
 
 /// The tile and colour in which two estimates differ most.
-pub(crate) fn worst(a: &Estimate, b: &Estimate, masked: &[usize]) -> (usize, TestResult) {
-    let tests = a.tiles.iter().zip(&b.tiles).map(|(a, b)| welch_test(a, b)).enumerate();
-    tests
-        .filter(|(i, _)| !masked.contains(&(i / 3)))
-        .min_by(|a, b| a.1.p_value.total_cmp(&b.1.p_value))
-        .unwrap()
+fn worst(a: &Estimate, b: &Estimate, masked: &[usize]) -> usize {
+    let p = |i: &usize| welch_test(&a.tiles[*i], &b.tiles[*i]).p_value;
+    let seen = (0..a.tiles.len()).filter(|i| !masked.contains(&(i / 3)));
+    seen.min_by(|i, j| p(i).total_cmp(&p(j))).unwrap()
+}
+
+/// Comparisons of one test: each is printed, and what disagrees is told at the end.
+pub(crate) struct Findings {
+    alpha: f64,
+    failures: String,
+}
+
+impl Findings {
+    /// With the false-alarm rate of one comparison.
+    pub(crate) fn new(alpha: f64) -> Self {
+        Self { alpha, failures: String::new() }
+    }
+
+    /// Two estimates where they differ most, tiles of `blind` left out.
+    pub(crate) fn compare_tiles(&mut self, name: &str, a: &Estimate, b: &Estimate, blind: &[usize]) {
+        let i = worst(a, b, blind);
+        let what = format!("{name}: {} and {}: tile {} colour {}", a.label, b.label, i / 3, i % 3);
+        self.compare(&what, &a.tiles[i], &b.tiles[i]);
+    }
+
+    /// Two estimates by their means over the whole picture.
+    pub(crate) fn compare_whole(&mut self, name: &str, a: &Estimate, b: &Estimate) {
+        for (c, (x, y)) in a.whole.iter().zip(&b.whole).enumerate() {
+            self.compare(&format!("{name}: {} and {}: all, colour {c}", a.label, b.label), x, y);
+        }
+    }
+
+    fn compare(&mut self, what: &str, a: &Moments, b: &Moments) {
+        let t = welch_test(a, b);
+        let line = format!(
+            "{what}: {:.5} and {:.5} ({:+.2} % ± {:.2} %), t = {:.2}, p = {:.1e}",
+            a.mean(),
+            b.mean(),
+            100.0 * (a.mean() / b.mean() - 1.0),
+            100.0 * a.std_error().hypot(b.std_error()) / b.mean(),
+            t.statistic,
+            t.p_value
+        );
+        println!("{line}");
+        if !t.is_consistent(self.alpha) {
+            self.failures += &line;
+            self.failures.push('\n');
+        }
+    }
+
+    /// Fails if anything disagreed.
+    pub(crate) fn end(self) {
+        assert!(self.failures.is_empty(), "p < {:.1e}:\n{}", self.alpha, self.failures);
+    }
 }

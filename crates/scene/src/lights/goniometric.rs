@@ -3,7 +3,7 @@
 //! | factor on the intensity | from                                   | source               |
 //! |-------------------------|----------------------------------------|----------------------|
 //! | image                   | an equal-area map, by pixel            | [PBR4e, sec. 12.2.3] |
-//! | web                     | a photometric file, between its angles | [IES2002]               |
+//! | web                     | a photometric file, between its angles | [IES2002]            |
 //!
 //! The factor's z axis is the light's y axis, and the other way round: "up" is y.
 

@@ -92,7 +92,7 @@ impl PortalLight {
 
     /// Radiance from the direction `w` at a point.
     pub(super) fn radiance(&self, from: Point, w: Dir, wavelengths: &Wavelengths) -> Spectrum {
-        if self.is_through(from, w) { self.sky.radiance(w, wavelengths) } else { Spectrum::ZERO }
+        self.window_around(from, w).map_or(Spectrum::ZERO, |_| self.sky.radiance(w, wavelengths))
     }
 
     /// A direction from the point through the portal, with its radiance and density.
@@ -107,10 +107,7 @@ impl PortalLight {
     }
 
     pub(super) fn pdf(&self, from: Point, w: Dir) -> Pdf<SolidAngle> {
-        if !self.is_through(from, w) {
-            return Pdf::ZERO;
-        }
-        self.window(from).map_or(Pdf::ZERO, |window| self.density(w, &window))
+        self.window_around(from, w).map_or(Pdf::ZERO, |window| self.density(w, &window))
     }
 
     /// A place of the portal and a direction towards the light, of all before it: where a ray from the light passes.
@@ -151,14 +148,14 @@ impl PortalLight {
         if across > 0.0 { Pdf::new(1.0 / across) } else { Pdf::ZERO }
     }
 
-    /// Does the straight line from the point pass the portal from behind?
-    fn is_through(&self, from: Point, w: Dir) -> bool {
+    /// The portal as seen from a point, if the straight line from there passes it from behind.
+    fn window_around(&self, from: Point, w: Dir) -> Option<Window> {
         let local = self.frame.to_local(w).0;
         if local.z <= 0.0 {
-            return false;
+            return None;
         }
         let p = uv(local);
-        self.window(from).is_some_and(|window| (0..2).all(|i| p[i] >= window[i][0] && p[i] <= window[i][1]))
+        self.window(from).filter(|window| (0..2).all(|i| p[i] >= window[i][0] && p[i] <= window[i][1]))
     }
 
     /// The portal as seen from a point; `None` from its back.
