@@ -12,9 +12,10 @@ use scene_desc::{FilterDesc, ParameterValue, Sink};
 use steradian_integrators::{Cell, CellOutput, Counters, Integrator, Making, PassContext, create};
 use testkit::statistics::{Moments, welch_test};
 
-/// A scene of `tests/scenes`.
+/// A scene of `tests/scenes`; pbrt's format unless the name has an ending.
 pub(crate) fn scene(name: &str, spectral: bool) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes").join(format!("{name}.pbrt"));
+    let file = if name.contains('.') { name.to_owned() } else { format!("{name}.pbrt") };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes").join(file);
     let mut sink = Sink::default();
     let desc = formats::load(&path, &mut sink);
     let scene = desc.and_then(|d| compile(&d, &CompileOptions { spectral, ..Default::default() }, &mut sink));
