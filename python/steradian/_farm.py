@@ -16,6 +16,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _native, _worker
 from ._image import Image
 from ._scene import Scene
@@ -85,7 +88,7 @@ class Picture:
                 seen = _worker.of(self.scene, self.camera, self.how, 1).seen
                 if known.info()["scene_hash"] != seen:
                     raise FilmError("it is a film of another scene")
-                self.film.add(known.to_bytes())
+                self.film.add(known.to_array())
             except FilmError as e:
                 raise ResumeError(f"{self.checkpoint} cannot be resumed: {e}") from None
             self.resumed = self.kept = self.done
@@ -435,7 +438,7 @@ class Farm:
                 self._warned.add(text)
                 self._tell("warning", picture, message=text)
 
-    def _add(self, task: _Task, data: bytes) -> None:
+    def _add(self, task: _Task, data: NDArray[np.uint8]) -> None:
         """Adds a film, and what is known of its passes."""
         picture = task.picture
         try:

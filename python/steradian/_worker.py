@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _api, _native
 from ._scene import Scene
 from .errors import ClusterError, SceneWarning
@@ -43,8 +46,8 @@ class Work:
 
 def cell(
     packed: bytes, work: Work, passes: tuple[int, int], learned: bytes | None
-) -> tuple[dict[str, Any], bytes]:
-    """Some passes of a picture: about the work, and the partial film's bytes."""
+) -> tuple[dict[str, Any], NDArray[np.uint8]]:
+    """Some passes of a picture: about the work, and the partial film's bytes (an array, which travels without a copy)."""
     began = time.monotonic()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SceneWarning)
@@ -57,7 +60,7 @@ def cell(
 
         film, report = _native.render(scene, request, None, listener, learned)
     rendered = time.monotonic()
-    data = film.to_bytes()
+    data = film.to_array()
     told = {
         **report,
         **where(),
@@ -79,12 +82,12 @@ def learn(packed: bytes, work: Work, of_pass: int, before: bytes | None) -> tupl
     return _native.learn(_scene(packed, work), _request(work, (of_pass, of_pass + 1)), of_pass, before)
 
 
-def merged(*parts: bytes) -> bytes:
+def merged(*parts: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Partial films as one: an inner node of the merge tree."""
     total = _native.Sum()
     for part in parts:
         total.add(part)
-    data = total.to_bytes()
+    data = total.to_array()
     assert data is not None
     return data
 

@@ -243,7 +243,7 @@ impl Film {
                 }
                 let aovs = &tile.aovs[from * n_aovs..(from + shared.width()) * n_aovs];
                 for (sum, &x) in block.aovs[to * n_aovs..].iter_mut().zip(aovs) {
-                    *sum = sum.wrapping_add(Fixed::from_f64(x).unwrap_or_default());
+                    add_one(sum, &Fixed::from_f64(x).unwrap_or_default());
                 }
             }
         });
@@ -258,10 +258,23 @@ impl Film {
     /// # Errors
     /// If the films are not of one render, share some of their passes but not all, or have open passes.
     pub fn merge(&mut self, other: &Self) -> Result<Merged, Error> {
-        if let Some(difference) = self.settings.difference(&other.settings) {
+        let theirs = other.progress().clone();
+        let merged = self.admit(&other.settings, &theirs)?;
+        if merged == Merged::Added {
+            for (ours, theirs) in self.iterations.iter().zip(&other.iterations) {
+                for i in 0..ours.len() {
+                    ours.lock(i).merge(&theirs.lock(i));
+                }
+            }
+        }
+        Ok(merged)
+    }
+
+    /// Counts another film's passes as ours, whose sums are to be added next; unless they are ours already.
+    pub(crate) fn admit(&mut self, settings: &FilmSettings, theirs: &Progress) -> Result<Merged, Error> {
+        if let Some(difference) = self.settings.difference(settings) {
             return Err(Error::Mismatch(difference));
         }
-        let theirs = other.progress().clone();
         let ours = self.progress.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(&pass) = ours.open.iter().chain(&theirs.open).next() {
             return Err(Error::OpenPass(pass));
@@ -275,11 +288,6 @@ impl Film {
         }
         ours.passes = ours.passes.union(&theirs.passes);
         ours.bad.merge(&theirs.bad);
-        for (ours, theirs) in self.iterations.iter().zip(&other.iterations) {
-            for i in 0..ours.len() {
-                ours.lock(i).merge(&theirs.lock(i));
-            }
-        }
         Ok(Merged::Added)
     }
 
@@ -308,11 +316,9 @@ impl FilmBlock {
                 self.total_weight[i][c] = self.total_weight[i][c].wrapping_add(product);
             }
         }
-        for (sum, x) in self.splat.iter_mut().zip(&pass.splat) {
-            add3(sum, x);
-        }
-        add_each(&mut self.aovs, &pass.aovs);
-        add_each(&mut self.splat_aovs, &pass.splat_aovs);
+        add_each(&mut self.splat, &pass.splat, add3);
+        add_each(&mut self.aovs, &pass.aovs, add_one);
+        add_each(&mut self.splat_aovs, &pass.splat_aovs, add_one);
     }
 
     /// T and T² of one pass. Squares that do not fit saturate, which is the same in any order.
@@ -326,27 +332,33 @@ impl FilmBlock {
     }
 
     fn merge(&mut self, other: &Self) {
-        let add_all =
-            |a: &mut [[Fixed; 3]], b: &[[Fixed; 3]]| a.iter_mut().zip(b).for_each(|(a, b)| add3(a, b));
-        add_all(&mut self.total, &other.total);
-        add_all(&mut self.splat, &other.splat);
-        self.total_weight.iter_mut().zip(&other.total_weight).for_each(|(a, b)| add3(a, b));
-        for (a, b) in self.total_squared.iter_mut().zip(&other.total_squared) {
-            for c in 0..3 {
-                a[c] = a[c].saturating_add(b[c]);
-            }
-        }
-        for (a, b) in self.weight.iter_mut().zip(&other.weight) {
-            *a = a.wrapping_add(*b);
-        }
-        for (a, b) in self.weight_squared.iter_mut().zip(&other.weight_squared) {
-            *a = a.wrapping_add(*b);
-        }
-        add_each(&mut self.aovs, &other.aovs);
-        add_each(&mut self.splat_aovs, &other.splat_aovs);
+        add_each(&mut self.total, &other.total, add3);
+        add_each(&mut self.total_squared, &other.total_squared, add_moments);
+        add_each(&mut self.weight, &other.weight, add_weight);
+        add_each(&mut self.weight_squared, &other.weight_squared, add_weight);
+        add_each(&mut self.total_weight, &other.total_weight, add3);
+        add_each(&mut self.splat, &other.splat, add3);
+        add_each(&mut self.aovs, &other.aovs, add_one);
+        add_each(&mut self.splat_aovs, &other.splat_aovs, add_one);
     }
 }
 
-fn add_each(sums: &mut [Fixed], values: &[Fixed]) {
-    sums.iter_mut().zip(values).for_each(|(sum, x)| *sum = sum.wrapping_add(*x));
+fn add_each<T>(sums: &mut [T], values: &[T], add: impl Fn(&mut T, &T)) {
+    sums.iter_mut().zip(values).for_each(|(sum, x)| add(sum, x));
+}
+
+#[inline]
+pub(crate) fn add_one(sum: &mut Fixed, x: &Fixed) {
+    *sum = sum.wrapping_add(*x);
+}
+
+#[inline]
+pub(crate) fn add_weight(sum: &mut i64, x: &i64) {
+    *sum = sum.wrapping_add(*x);
+}
+
+/// Squares that do not fit saturate, which is the same in any order.
+#[inline]
+pub(crate) fn add_moments(sum: &mut [Moment; 3], x: &[Moment; 3]) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum = sum.saturating_add(*x));
 }

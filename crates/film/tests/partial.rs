@@ -4,9 +4,13 @@
 
 use math::Bounds2i;
 use proptest::prelude::*;
-use steradian_film::{Error, Film, FilmSettings, Filter, RenderKey, Sign};
+use steradian_film::{Error, Film, FilmSettings, Filter, Merged, RenderKey, Sign};
 
 fn small(filter: Filter) -> Film {
+    of_passes(filter, &[0, 1, 7])
+}
+
+fn of_passes(filter: Filter, passes: &[u32]) -> Film {
     let film = Film::new(FilmSettings {
         resolution: [40, 3],
         crop: Bounds2i::new([1, 0], [40, 2]),
@@ -25,7 +29,7 @@ fn small(filter: Filter) -> Film {
     })
     .unwrap();
     let (mut buffer, mut tile, mut list) = (film.pass_buffer().unwrap(), film.tile(), film.splat_list());
-    for pass in [0, 1, 7] {
+    for &pass in passes {
         buffer.begin(pass);
         tile.begin(film.settings().sample_bounds(), pass);
         for x in 0..40 {
@@ -63,6 +67,26 @@ fn what_is_written_is_read() {
         assert_eq!(back.bad_samples(), film.bad_samples());
         assert_eq!(back.develop(), film.develop());
         assert!(back.to_bytes().unwrap() == bytes);
+    }
+}
+
+#[test]
+fn bytes_are_merged_as_their_film_is() {
+    for filter in [Filter::pixel_box(), Filter::gaussian()] {
+        let other = of_passes(filter, &[2, 6]);
+        let (mut one, mut two) = (small(filter), small(filter));
+        assert_eq!(one.merge(&other).unwrap(), Merged::Added);
+        assert_eq!(two.merge_bytes(&other.to_bytes().unwrap()).unwrap(), Merged::Added);
+        let whole = one.to_bytes().unwrap();
+        assert!(two.to_bytes().unwrap() == whole);
+        // What cannot be added changes nothing.
+        let mut damaged = other.to_bytes().unwrap();
+        *damaged.last_mut().unwrap() ^= 1;
+        assert_eq!(two.merge_bytes(&other.to_bytes().unwrap()).unwrap(), Merged::AlreadyThere);
+        assert!(matches!(two.merge_bytes(&damaged), Err(Error::Checksum)));
+        let overlapping = of_passes(filter, &[7, 8]).to_bytes().unwrap();
+        assert!(matches!(two.merge_bytes(&overlapping), Err(Error::Overlap { .. })));
+        assert!(two.to_bytes().unwrap() == whole);
     }
 }
 

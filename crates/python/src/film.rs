@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use film::Developed;
 use image::{Display, Format, Image, SaveOptions, ToneMap};
 use lab::{Picture, flip};
-use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -48,6 +48,12 @@ impl Film {
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py.detach(|| self.film.to_bytes()).map_err(|e| of_film(py, &e))?;
         Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// What `to_bytes` gives as an array, which pickles without a copy.
+    fn to_array<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u8>>> {
+        let bytes = py.detach(|| self.film.to_bytes()).map_err(|e| of_film(py, &e))?;
+        Ok(arrays::vector(py, bytes))
     }
 
     /// Writes a partial film's file.
@@ -120,16 +126,21 @@ pub(crate) struct Sum {
 }
 
 impl Sum {
-    fn add_film(&self, part: film::Film) -> Result<bool, film::Error> {
+    fn add_bytes(&self, part: &[u8]) -> Result<bool, film::Error> {
         let mut sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
-        match &mut *sum {
-            None => {
-                *sum = Some(part);
-                Ok(true)
-            }
-            Some(sum) => Ok(sum.merge(&part)? == film::Merged::Added),
+        if let Some(sum) = &mut *sum {
+            return Ok(sum.merge_bytes(part)? == film::Merged::Added);
         }
+        *sum = Some(film::Film::from_bytes(part)?);
+        Ok(true)
     }
+}
+
+/// A partial film's bytes, as they come.
+#[derive(FromPyObject)]
+enum FilmBytes<'py> {
+    Bytes(Bound<'py, PyBytes>),
+    Array(PyReadonlyArray1<'py, u8>),
 }
 
 #[pymethods]
@@ -141,8 +152,12 @@ impl Sum {
     }
 
     /// Adds a partial film's bytes. False if all its passes are there already.
-    fn add(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<bool> {
-        py.detach(|| self.add_film(film::Film::from_bytes(bytes)?)).map_err(|e| of_film(py, &e))
+    fn add(&self, py: Python<'_>, bytes: FilmBytes<'_>) -> PyResult<bool> {
+        let bytes = match &bytes {
+            FilmBytes::Bytes(bytes) => bytes.as_bytes(),
+            FilmBytes::Array(array) => array.as_slice()?,
+        };
+        py.detach(|| self.add_bytes(bytes)).map_err(|e| of_film(py, &e))
     }
 
     /// A copy of what is there; `None` if nothing is.
@@ -157,13 +172,13 @@ impl Sum {
         .map_err(|e| of_film(py, &e))
     }
 
-    /// The bytes of a partial film; `None` if nothing is there.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    /// The bytes of a partial film, as an array; `None` if nothing is there.
+    fn to_array<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u8>>>> {
         let bytes = py.detach(|| {
             let sum = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
             sum.as_ref().map(film::Film::to_bytes).transpose()
         });
-        Ok(bytes.map_err(|e| of_film(py, &e))?.map(|b| PyBytes::new(py, &b)))
+        Ok(bytes.map_err(|e| of_film(py, &e))?.map(|b| arrays::vector(py, b)))
     }
 
     /// Writes a partial film's file, if anything is there.

@@ -5,42 +5,50 @@ use std::borrow::Cow;
 use safetensors::tensor::{Dtype, View};
 
 use crate::blocks::offset_in;
-use crate::film::{Film, FilmBlock};
-use crate::fixed::FixedPoint;
+use crate::film::{Film, FilmBlock, add_moments, add_one, add_weight};
+use crate::fixed::{FixedPoint, add3};
 use crate::settings::FilmSettings;
 
-/// One array of the file; its bytes are made when they are written.
+/// One array of the file.
 pub(super) enum Array<'a> {
-    Sums { film: &'a Film, field: Field, shape: Vec<usize> },
-    Seal { bytes: Vec<u8>, shape: [usize; 1] },
+    /// Its bytes are made when they are written: a film is large.
+    Sums {
+        film: &'a Film,
+        field: Field,
+        shape: Vec<usize>,
+    },
+    Bytes {
+        bytes: Vec<u8>,
+        dtype: Dtype,
+        shape: Vec<usize>,
+    },
 }
 
 impl View for Array<'_> {
     fn dtype(&self) -> Dtype {
         match self {
             Self::Sums { field, .. } => field.dtype(),
-            Self::Seal { .. } => Dtype::U8,
+            Self::Bytes { dtype, .. } => *dtype,
         }
     }
 
     fn shape(&self) -> &[usize] {
         match self {
-            Self::Sums { shape, .. } => shape,
-            Self::Seal { shape, .. } => shape,
+            Self::Sums { shape, .. } | Self::Bytes { shape, .. } => shape,
         }
     }
 
     fn data(&self) -> Cow<'_, [u8]> {
         match self {
             Self::Sums { film, field, .. } => Cow::Owned(field.bytes(film)),
-            Self::Seal { bytes, .. } => Cow::Borrowed(bytes),
+            Self::Bytes { bytes, .. } => Cow::Borrowed(bytes),
         }
     }
 
     fn data_len(&self) -> usize {
         match self {
             Self::Sums { shape, .. } => shape.iter().product::<usize>() * 8,
-            Self::Seal { bytes, .. } => bytes.len(),
+            Self::Bytes { bytes, .. } => bytes.len(),
         }
     }
 }
@@ -59,7 +67,7 @@ pub(super) enum Field {
 }
 
 impl Field {
-    /// Those that a film of these settings has.
+    /// Those that a film of these settings has, in the order of their names.
     pub(super) fn of(s: &FilmSettings) -> Vec<Self> {
         let weighted = !s.filter.is_pixel_box();
         let mut fields = vec![Self::Total, Self::TotalSquared];
@@ -75,6 +83,7 @@ impl Field {
         if !s.splat_aovs.is_empty() {
             fields.push(Self::SplatAovs);
         }
+        fields.sort_by_key(Self::name);
         fields
     }
 
@@ -133,17 +142,17 @@ impl Field {
         }
     }
 
-    /// Puts the array's bytes, of the right number, back into a film.
-    pub(super) fn restore(self, film: &Film, data: &[u8]) {
+    /// Adds the array's bytes, of the right number, to a film's sums, as [`Film::merge`] would.
+    pub(super) fn add(self, film: &Film, data: &[u8]) {
         match self {
-            Self::Total => scatter(film, 1, data, |b| &mut b.total),
-            Self::TotalSquared => scatter(film, 1, data, |b| &mut b.total_squared),
-            Self::Weight => scatter(film, 1, data, |b| &mut b.weight),
-            Self::WeightSquared => scatter(film, 1, data, |b| &mut b.weight_squared),
-            Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight),
-            Self::Splat => scatter(film, 1, data, |b| &mut b.splat),
-            Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs),
-            Self::SplatAovs => scatter(film, film.common.n_splat_aovs, data, |b| &mut b.splat_aovs),
+            Self::Total => scatter(film, 1, data, |b| &mut b.total, add3),
+            Self::TotalSquared => scatter(film, 1, data, |b| &mut b.total_squared, add_moments),
+            Self::Weight => scatter(film, 1, data, |b| &mut b.weight, add_weight),
+            Self::WeightSquared => scatter(film, 1, data, |b| &mut b.weight_squared, add_weight),
+            Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight, add3),
+            Self::Splat => scatter(film, 1, data, |b| &mut b.splat, add3),
+            Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs, add_one),
+            Self::SplatAovs => scatter(film, film.common.n_splat_aovs, data, |b| &mut b.splat_aovs, add_one),
         }
     }
 }
@@ -152,7 +161,7 @@ impl Field {
 trait LittleEndian {
     const SIZE: usize;
     fn write(&self, to: &mut [u8]);
-    fn read(&mut self, from: &[u8]);
+    fn read(from: &[u8]) -> Self;
 }
 
 impl LittleEndian for i64 {
@@ -160,10 +169,11 @@ impl LittleEndian for i64 {
     fn write(&self, to: &mut [u8]) {
         to.copy_from_slice(&self.to_le_bytes());
     }
-    fn read(&mut self, from: &[u8]) {
+    #[inline]
+    fn read(from: &[u8]) -> Self {
         let mut b = [0; 8];
         b.copy_from_slice(from);
-        *self = Self::from_le_bytes(b);
+        Self::from_le_bytes(b)
     }
 }
 
@@ -173,10 +183,11 @@ impl<const F: u32> LittleEndian for FixedPoint<F> {
     fn write(&self, to: &mut [u8]) {
         to.copy_from_slice(&self.to_bits().to_le_bytes());
     }
-    fn read(&mut self, from: &[u8]) {
+    #[inline]
+    fn read(from: &[u8]) -> Self {
         let mut b = [0; 16];
         b.copy_from_slice(from);
-        *self = Self::from_bits(i128::from_le_bytes(b));
+        Self::from_bits(i128::from_le_bytes(b))
     }
 }
 
@@ -185,8 +196,9 @@ impl<T: LittleEndian> LittleEndian for [T; 3] {
     fn write(&self, to: &mut [u8]) {
         self.iter().zip(to.chunks_exact_mut(T::SIZE)).for_each(|(x, to)| x.write(to));
     }
-    fn read(&mut self, from: &[u8]) {
-        self.iter_mut().zip(from.chunks_exact(T::SIZE)).for_each(|(x, from)| x.read(from));
+    #[inline]
+    fn read(from: &[u8]) -> Self {
+        std::array::from_fn(|i| T::read(&from[i * T::SIZE..(i + 1) * T::SIZE]))
     }
 }
 
@@ -209,12 +221,13 @@ fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[
     bytes
 }
 
-/// The way back.
+/// The way back: adds rows to blocks.
 fn scatter<T: LittleEndian>(
     film: &Film,
     n: usize,
     bytes: &[u8],
     get: impl Fn(&mut FilmBlock) -> &mut Vec<T>,
+    add: impl Fn(&mut T, &T),
 ) {
     let crop = film.settings().crop;
     for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact(crop.area() * n * T::SIZE)) {
@@ -225,7 +238,7 @@ fn scatter<T: LittleEndian>(
             for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
                 let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
                 let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
-                values.iter_mut().zip(from).for_each(|(x, from)| x.read(from));
+                values.iter_mut().zip(from).for_each(|(x, from)| add(x, &T::read(from)));
             }
         }
     }

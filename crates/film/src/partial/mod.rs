@@ -14,13 +14,13 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use math::Bounds2i;
-use safetensors::tensor::SafeTensors;
+use safetensors::tensor::{Dtype, SafeTensors};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::bad::{BadSamples, Sign};
 use crate::error::Error;
-use crate::film::Film;
+use crate::film::{Film, Merged, Progress};
 use crate::filter::Filter;
 use crate::passes::PassSet;
 use crate::settings::{FilmSettings, RenderKey};
@@ -59,8 +59,15 @@ impl Film {
     /// # Errors
     /// If a pass is open.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-        let (arrays, head) = self.arrays()?;
-        safetensors::serialize(arrays, Some(head)).map_err(|e| Error::Format(e.to_string()))
+        let text = self.head()?;
+        let fields = Field::of(self.settings());
+        let made: Vec<_> = fields.iter().map(|field| field.bytes(self)).collect();
+        let seal = digest(&text, made.iter().map(|bytes| Cow::Borrowed(&bytes[..])));
+        let arrays = fields.iter().zip(made).map(|(field, bytes)| {
+            (field.name(), Array::Bytes { bytes, dtype: field.dtype(), shape: field.shape(self.settings()) })
+        });
+        safetensors::serialize(arrays.chain([seal_of(seal)]), metadata(text))
+            .map_err(|e| Error::Format(e.to_string()))
     }
 
     /// The film of such bytes.
@@ -68,6 +75,114 @@ impl Film {
     /// # Errors
     /// If they are not a partial film of this version, or were changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let part = Part::read(bytes)?;
+        let mut film = Self::new(part.settings.clone())?;
+        film.add_part(&part)?;
+        Ok(film)
+    }
+
+    /// [`Film::merge`] with the film of such bytes, which is not made for that.
+    ///
+    /// # Errors
+    /// As of [`Film::from_bytes`] and [`Film::merge`].
+    pub fn merge_bytes(&mut self, bytes: &[u8]) -> Result<Merged, Error> {
+        self.add_part(&Part::read(bytes)?)
+    }
+
+    fn add_part(&mut self, part: &Part<'_>) -> Result<Merged, Error> {
+        let merged = self.admit(&part.settings, &part.progress)?;
+        if merged == Merged::Added {
+            for (field, data) in &part.arrays {
+                field.add(self, data);
+            }
+        }
+        Ok(merged)
+    }
+
+    /// Writes a partial file. It appears under its name complete or not at all.
+    ///
+    /// # Errors
+    /// If a pass is open, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let io = |source: std::io::Error| Error::Io { path: path.to_owned(), source };
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let text = self.head()?;
+        let fields = Field::of(self.settings());
+        let seal = digest(&text, fields.iter().map(|field| Cow::Owned(field.bytes(self))));
+        let arrays = fields.iter().map(|&field| {
+            (field.name(), Array::Sums { film: self, field, shape: field.shape(self.settings()) })
+        });
+        let file = new_file(folder, &temporary_prefix(path)).map_err(io)?;
+        safetensors::serialize_to_file(arrays.chain([seal_of(seal)]), metadata(text), file.path())
+            .map_err(|e| io(std::io::Error::other(e)))?;
+        file.as_file().sync_all().map_err(io)?;
+        file.persist(path).map_err(|e| io(e.error))?;
+        Ok(())
+    }
+
+    /// Removes what a [`Film::save`] under this name left behind when its process was killed. Only for a name that no other process
+    /// writes to.
+    pub fn remove_leftovers(path: impl AsRef<Path>) {
+        let path = path.as_ref();
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let prefix = temporary_prefix(path);
+        let Ok(entries) = std::fs::read_dir(folder) else { return };
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with(&prefix) && name.ends_with(TEMPORARY) {
+                // Litter that cannot be removed harms nobody.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// Reads a partial file.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is no partial film, or is damaged.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        Self::from_bytes(&bytes)
+            .map_err(|source| Error::File { path: path.to_owned(), source: Box::new(source) })
+    }
+
+    /// The metadata entry.
+    fn head(&self) -> Result<String, Error> {
+        let (s, progress) = (self.settings(), self.progress().clone());
+        if let Some(&pass) = progress.open.first() {
+            return Err(Error::OpenPass(pass));
+        }
+        let head = Head {
+            format: FORMAT.into(),
+            version: VERSION,
+            resolution: s.resolution,
+            crop: [s.crop.min[0], s.crop.min[1], s.crop.max[0], s.crop.max[1]],
+            filter: s.filter,
+            sign: s.sign,
+            splats: s.splats,
+            aovs: s.aovs.clone(),
+            splat_aovs: s.splat_aovs.clone(),
+            iterations: s.iterations.clone(),
+            key: s.key.clone(),
+            passes: progress.passes.to_string(),
+            bad_samples: progress.bad,
+        };
+        serde_json::to_string(&head).map_err(|e| Error::Format(e.to_string()))
+    }
+}
+
+/// What the bytes of a partial film hold, checked.
+struct Part<'a> {
+    settings: FilmSettings,
+    progress: Progress,
+    arrays: Vec<(Field, &'a [u8])>,
+}
+
+impl<'a> Part<'a> {
+    fn read(bytes: &'a [u8]) -> Result<Self, Error> {
         check_offsets(bytes)?;
         let format = |e: safetensors::SafeTensorError| Error::Format(e.to_string());
         let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(format)?;
@@ -105,99 +220,26 @@ impl Film {
             }
         }
         let seal = arrays.tensor(SEAL).map_err(format)?;
-        let data = |f: &Field| Cow::Borrowed(arrays.tensor(f.name()).map_or(&[][..], |a| a.data()));
-        if seal.data() != digest(head_text, &fields, data).as_slice() {
+        let data = |f: Field| (f, arrays.tensor(f.name()).map_or(&[][..], |a| a.data()));
+        let arrays: Vec<_> = fields.into_iter().map(data).collect();
+        if seal.data() != digest(head_text, arrays.iter().map(|&(_, data)| Cow::Borrowed(data))).as_slice() {
             return Err(Error::Checksum);
         }
 
-        let mut film = Self::new(settings)?;
-        for field in &fields {
-            field.restore(&film, &data(field));
-        }
-        let progress = film.progress.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-        progress.passes = head.passes.parse::<PassSet>().map_err(Error::Format)?;
-        progress.bad.merge(&head.bad_samples);
-        Ok(film)
+        let passes = head.passes.parse::<PassSet>().map_err(Error::Format)?;
+        let progress = Progress { passes, bad: head.bad_samples, ..Progress::default() };
+        Ok(Self { settings, progress, arrays })
     }
+}
 
-    /// Writes a partial file. It appears under its name complete or not at all.
-    ///
-    /// # Errors
-    /// If a pass is open, or the file cannot be written.
-    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
-        let path = path.as_ref();
-        let io = |source: std::io::Error| Error::Io { path: path.to_owned(), source };
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let (arrays, head) = self.arrays()?;
-        let file = new_file(folder, &temporary_prefix(path)).map_err(io)?;
-        safetensors::serialize_to_file(arrays, Some(head), file.path())
-            .map_err(|e| io(std::io::Error::other(e)))?;
-        file.as_file().sync_all().map_err(io)?;
-        file.persist(path).map_err(|e| io(e.error))?;
-        Ok(())
-    }
+/// The metadata: one entry alone, for a map has no order.
+fn metadata(text: String) -> Option<HashMap<String, String>> {
+    Some(HashMap::from([(HEAD.into(), text)]))
+}
 
-    /// Removes what a [`Film::save`] under this name left behind when its process was killed. Only for a name that no other process
-    /// writes to.
-    pub fn remove_leftovers(path: impl AsRef<Path>) {
-        let path = path.as_ref();
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let prefix = temporary_prefix(path);
-        let Ok(entries) = std::fs::read_dir(folder) else { return };
-        for entry in entries.flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            if name.starts_with(&prefix) && name.ends_with(TEMPORARY) {
-                // Litter that cannot be removed harms nobody.
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
-    }
-
-    /// Reads a partial file.
-    ///
-    /// # Errors
-    /// If it cannot be read, or is no partial film, or is damaged.
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(&bytes)
-            .map_err(|source| Error::File { path: path.to_owned(), source: Box::new(source) })
-    }
-
-    /// All arrays by name, and the metadata.
-    #[expect(clippy::type_complexity, reason = "what safetensors takes")]
-    fn arrays(&self) -> Result<(Vec<(&'static str, Array<'_>)>, HashMap<String, String>), Error> {
-        let (s, progress) = (self.settings(), self.progress().clone());
-        if let Some(&pass) = progress.open.first() {
-            return Err(Error::OpenPass(pass));
-        }
-        let head = Head {
-            format: FORMAT.into(),
-            version: VERSION,
-            resolution: s.resolution,
-            crop: [s.crop.min[0], s.crop.min[1], s.crop.max[0], s.crop.max[1]],
-            filter: s.filter,
-            sign: s.sign,
-            splats: s.splats,
-            aovs: s.aovs.clone(),
-            splat_aovs: s.splat_aovs.clone(),
-            iterations: s.iterations.clone(),
-            key: s.key.clone(),
-            passes: progress.passes.to_string(),
-            bad_samples: progress.bad,
-        };
-        let text = serde_json::to_string(&head).map_err(|e| Error::Format(e.to_string()))?;
-        let fields = Field::of(s);
-        let seal = digest(&text, &fields, |f| Cow::Owned(f.bytes(self)));
-        let mut arrays: Vec<_> = fields
-            .into_iter()
-            .map(|field| (field.name(), Array::Sums { film: self, field, shape: field.shape(s) }))
-            .collect();
-        arrays.push((SEAL, Array::Seal { shape: [seal.len()], bytes: seal }));
-        // One entry alone, for a map has no order.
-        Ok((arrays, HashMap::from([(HEAD.into(), text)])))
-    }
+/// The array that seals the others.
+fn seal_of(digest: Vec<u8>) -> (&'static str, Array<'static>) {
+    (SEAL, Array::Bytes { shape: vec![digest.len()], dtype: Dtype::U8, bytes: digest })
 }
 
 /// How the names of temporary files end.
@@ -253,13 +295,9 @@ fn check_offsets(bytes: &[u8]) -> Result<(), Error> {
     Ok(())
 }
 
-/// SHA-256 of the metadata entry and of the arrays in the order of their names.
-fn digest<'a>(head: &str, fields: &[Field], data: impl Fn(&Field) -> Cow<'a, [u8]>) -> Vec<u8> {
-    let mut sorted = fields.to_vec();
-    sorted.sort_by_key(Field::name);
+/// SHA-256 of the metadata entry and of the arrays in the order of [`Field::of`].
+fn digest<'a>(head: &str, arrays: impl Iterator<Item = Cow<'a, [u8]>>) -> Vec<u8> {
     let mut hash = Sha256::new_with_prefix(head.as_bytes());
-    for field in &sorted {
-        hash.update(data(field));
-    }
+    arrays.for_each(|bytes| hash.update(bytes));
     hash.finalize().to_vec()
 }
