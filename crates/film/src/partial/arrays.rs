@@ -1,57 +1,11 @@
 //! The arrays of a partial film: the sums of blocks as rows of little-endian integers, and back.
 
-use std::borrow::Cow;
-
-use safetensors::tensor::{Dtype, View};
+use safetensors::tensor::Dtype;
 
 use crate::blocks::offset_in;
 use crate::film::{Film, FilmBlock, add_moments, add_one, add_weight};
 use crate::fixed::{FixedPoint, add3};
 use crate::settings::FilmSettings;
-
-/// One array of the file.
-pub(super) enum Array<'a> {
-    /// Its bytes are made when they are written: a film is large.
-    Sums {
-        film: &'a Film,
-        field: Field,
-        shape: Vec<usize>,
-    },
-    Bytes {
-        bytes: Vec<u8>,
-        dtype: Dtype,
-        shape: Vec<usize>,
-    },
-}
-
-impl View for Array<'_> {
-    fn dtype(&self) -> Dtype {
-        match self {
-            Self::Sums { field, .. } => field.dtype(),
-            Self::Bytes { dtype, .. } => *dtype,
-        }
-    }
-
-    fn shape(&self) -> &[usize] {
-        match self {
-            Self::Sums { shape, .. } | Self::Bytes { shape, .. } => shape,
-        }
-    }
-
-    fn data(&self) -> Cow<'_, [u8]> {
-        match self {
-            Self::Sums { film, field, .. } => Cow::Owned(field.bytes(film)),
-            Self::Bytes { bytes, .. } => Cow::Borrowed(bytes),
-        }
-    }
-
-    fn data_len(&self) -> usize {
-        match self {
-            Self::Sums { shape, .. } => shape.iter().product::<usize>() * 8,
-            Self::Bytes { bytes, .. } => bytes.len(),
-        }
-    }
-}
 
 /// Which sums of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +21,7 @@ pub(super) enum Field {
 }
 
 impl Field {
-    /// Those that a film of these settings has, in the order of their names.
+    /// Those that a film of these settings has, in the order of their names, which is that of the file.
     pub(super) fn of(s: &FilmSettings) -> Vec<Self> {
         let weighted = !s.filter.is_pixel_box();
         let mut fields = vec![Self::Total, Self::TotalSquared];
@@ -128,17 +82,22 @@ impl Field {
         shape
     }
 
-    /// The array's bytes, pixel by pixel in rows.
-    pub(super) fn bytes(self, film: &Film) -> Vec<u8> {
+    /// How many bytes the array has.
+    pub(super) fn len(self, s: &FilmSettings) -> usize {
+        self.shape(s).iter().product::<usize>() * 8
+    }
+
+    /// Writes the array, of the right length: pixel by pixel in rows.
+    pub(super) fn write(self, film: &Film, to: &mut [u8]) {
         match self {
-            Self::Total => gather(film, 1, |b| &b.total),
-            Self::TotalSquared => gather(film, 1, |b| &b.total_squared),
-            Self::Weight => gather(film, 1, |b| &b.weight),
-            Self::WeightSquared => gather(film, 1, |b| &b.weight_squared),
-            Self::TotalWeight => gather(film, 1, |b| &b.total_weight),
-            Self::Splat => gather(film, 1, |b| &b.splat),
-            Self::Aovs => gather(film, film.common.n_aovs, |b| &b.aovs),
-            Self::SplatAovs => gather(film, film.common.n_splat_aovs, |b| &b.splat_aovs),
+            Self::Total => gather(film, 1, to, |b| &b.total),
+            Self::TotalSquared => gather(film, 1, to, |b| &b.total_squared),
+            Self::Weight => gather(film, 1, to, |b| &b.weight),
+            Self::WeightSquared => gather(film, 1, to, |b| &b.weight_squared),
+            Self::TotalWeight => gather(film, 1, to, |b| &b.total_weight),
+            Self::Splat => gather(film, 1, to, |b| &b.splat),
+            Self::Aovs => gather(film, film.common.n_aovs, to, |b| &b.aovs),
+            Self::SplatAovs => gather(film, film.common.n_splat_aovs, to, |b| &b.splat_aovs),
         }
     }
 
@@ -203,11 +162,9 @@ impl<T: LittleEndian> LittleEndian for [T; 3] {
 }
 
 /// From blocks, with `n` numbers per pixel, to rows.
-fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[T]) -> Vec<u8> {
+fn gather<T: LittleEndian>(film: &Film, n: usize, bytes: &mut [u8], get: impl Fn(&FilmBlock) -> &[T]) {
     let crop = film.settings().crop;
-    let per_iteration = crop.area() * n * T::SIZE;
-    let mut bytes = vec![0; film.iterations.len() * per_iteration];
-    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(per_iteration)) {
+    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(crop.area() * n * T::SIZE)) {
         for i in 0..blocks.len() {
             let block = blocks.lock(i);
             let per_row = block.area.width() * n;
@@ -218,7 +175,6 @@ fn gather<T: LittleEndian>(film: &Film, n: usize, get: impl Fn(&FilmBlock) -> &[
             }
         }
     }
-    bytes
 }
 
 /// The way back: adds rows to blocks.

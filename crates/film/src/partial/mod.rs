@@ -9,12 +9,12 @@
 
 mod arrays;
 
-use std::borrow::Cow;
 use std::collections::HashMap;
+use std::io::Write;
 use std::path::Path;
 
 use math::Bounds2i;
-use safetensors::tensor::{Dtype, SafeTensors};
+use safetensors::tensor::{Dtype, Metadata, SafeTensors, TensorInfo};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -25,12 +25,14 @@ use crate::filter::Filter;
 use crate::passes::PassSet;
 use crate::settings::{FilmSettings, RenderKey};
 
-use arrays::{Array, Field};
+use arrays::Field;
 
 const FORMAT: &str = "steradian partial film";
 const VERSION: u32 = 1;
 const HEAD: &str = "steradian";
+/// SHA-256 of the metadata entry and of all other arrays, in their order.
 const SEAL: &str = "sha256";
+const SEAL_LEN: usize = 32;
 
 /// The metadata entry.
 #[derive(Serialize, Deserialize)]
@@ -59,15 +61,18 @@ impl Film {
     /// # Errors
     /// If a pass is open.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-        let text = self.head()?;
-        let fields = Field::of(self.settings());
-        let made: Vec<_> = fields.iter().map(|field| field.bytes(self)).collect();
-        let seal = digest(&text, made.iter().map(|bytes| Cow::Borrowed(&bytes[..])));
-        let arrays = fields.iter().zip(made).map(|(field, bytes)| {
-            (field.name(), Array::Bytes { bytes, dtype: field.dtype(), shape: field.shape(self.settings()) })
-        });
-        safetensors::serialize(arrays.chain([seal_of(seal)]), metadata(text))
-            .map_err(|e| Error::Format(e.to_string()))
+        let Header { text, mut bytes } = self.header()?;
+        let fields = Field::of(self.settings()).into_iter().map(|f| (f, f.len(self.settings())));
+        let mut at = bytes.len();
+        bytes.resize(at + fields.clone().map(|(_, len)| len).sum::<usize>(), 0);
+        let mut seal = Sha256::new_with_prefix(text);
+        for (field, len) in fields {
+            field.write(self, &mut bytes[at..at + len]);
+            seal.update(&bytes[at..at + len]);
+            at += len;
+        }
+        bytes.extend(seal.finalize());
+        Ok(bytes)
     }
 
     /// The film of such bytes.
@@ -107,15 +112,18 @@ impl Film {
         let path = path.as_ref();
         let io = |source: std::io::Error| Error::Io { path: path.to_owned(), source };
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let text = self.head()?;
-        let fields = Field::of(self.settings());
-        let seal = digest(&text, fields.iter().map(|field| Cow::Owned(field.bytes(self))));
-        let arrays = fields.iter().map(|&field| {
-            (field.name(), Array::Sums { film: self, field, shape: field.shape(self.settings()) })
-        });
-        let file = new_file(folder, &temporary_prefix(path)).map_err(io)?;
-        safetensors::serialize_to_file(arrays.chain([seal_of(seal)]), metadata(text), file.path())
-            .map_err(|e| io(std::io::Error::other(e)))?;
+        let Header { text, bytes } = self.header()?;
+        let mut file = new_file(folder, &temporary_prefix(path)).map_err(io)?;
+        file.write_all(&bytes).map_err(io)?;
+        let mut seal = Sha256::new_with_prefix(text);
+        for field in Field::of(self.settings()) {
+            // One array at a time: a film is large.
+            let mut bytes = vec![0; field.len(self.settings())];
+            field.write(self, &mut bytes);
+            seal.update(&bytes);
+            file.write_all(&bytes).map_err(io)?;
+        }
+        file.write_all(&seal.finalize()).map_err(io)?;
         file.as_file().sync_all().map_err(io)?;
         file.persist(path).map_err(|e| io(e.error))?;
         Ok(())
@@ -149,8 +157,8 @@ impl Film {
             .map_err(|source| Error::File { path: path.to_owned(), source: Box::new(source) })
     }
 
-    /// The metadata entry.
-    fn head(&self) -> Result<String, Error> {
+    /// What stands before the arrays.
+    fn header(&self) -> Result<Header, Error> {
         let (s, progress) = (self.settings(), self.progress().clone());
         if let Some(&pass) = progress.open.first() {
             return Err(Error::OpenPass(pass));
@@ -170,8 +178,35 @@ impl Film {
             passes: progress.passes.to_string(),
             bad_samples: progress.bad,
         };
-        serde_json::to_string(&head).map_err(|e| Error::Format(e.to_string()))
+        let json = |e: serde_json::Error| Error::Format(e.to_string());
+        let text = serde_json::to_string(&head).map_err(json)?;
+
+        // safetensors demands arrays without gaps, larger types first; the seal has the smallest.
+        let fields = Field::of(s).into_iter().map(|f| (f.name(), f.dtype(), f.shape(s), f.len(s)));
+        let mut end = 0;
+        let arrays =
+            fields.chain([(SEAL, Dtype::U8, vec![SEAL_LEN], SEAL_LEN)]).map(|(name, dtype, shape, len)| {
+                let data_offsets = (end, end + len);
+                end += len;
+                (name.to_owned(), TensorInfo { dtype, shape, data_offsets })
+            });
+        // One entry alone, for a map has no order.
+        let entry = HashMap::from([(HEAD.into(), text.clone())]);
+        let metadata =
+            Metadata::new(Some(entry), arrays.collect()).map_err(|e| Error::Format(e.to_string()))?;
+        let mut header = serde_json::to_vec(&metadata).map_err(json)?;
+        header.resize(header.len().next_multiple_of(8), b' ');
+        let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
+        bytes.append(&mut header);
+        Ok(Header { text, bytes })
     }
+}
+
+/// What stands before the arrays of a file.
+struct Header {
+    /// The metadata entry.
+    text: String,
+    bytes: Vec<u8>,
 }
 
 /// What the bytes of a partial film hold, checked.
@@ -222,7 +257,9 @@ impl<'a> Part<'a> {
         let seal = arrays.tensor(SEAL).map_err(format)?;
         let data = |f: Field| (f, arrays.tensor(f.name()).map_or(&[][..], |a| a.data()));
         let arrays: Vec<_> = fields.into_iter().map(data).collect();
-        if seal.data() != digest(head_text, arrays.iter().map(|&(_, data)| Cow::Borrowed(data))).as_slice() {
+        let mut digest = Sha256::new_with_prefix(head_text);
+        arrays.iter().for_each(|(_, data)| digest.update(data));
+        if seal.data() != digest.finalize().as_slice() {
             return Err(Error::Checksum);
         }
 
@@ -230,16 +267,6 @@ impl<'a> Part<'a> {
         let progress = Progress { passes, bad: head.bad_samples, ..Progress::default() };
         Ok(Self { settings, progress, arrays })
     }
-}
-
-/// The metadata: one entry alone, for a map has no order.
-fn metadata(text: String) -> Option<HashMap<String, String>> {
-    Some(HashMap::from([(HEAD.into(), text)]))
-}
-
-/// The array that seals the others.
-fn seal_of(digest: Vec<u8>) -> (&'static str, Array<'static>) {
-    (SEAL, Array::Bytes { shape: vec![digest.len()], dtype: Dtype::U8, bytes: digest })
 }
 
 /// How the names of temporary files end.
@@ -293,11 +320,4 @@ fn check_offsets(bytes: &[u8]) -> Result<(), Error> {
         return Err(truncated());
     }
     Ok(())
-}
-
-/// SHA-256 of the metadata entry and of the arrays in the order of [`Field::of`].
-fn digest<'a>(head: &str, arrays: impl Iterator<Item = Cow<'a, [u8]>>) -> Vec<u8> {
-    let mut hash = Sha256::new_with_prefix(head.as_bytes());
-    arrays.for_each(|bytes| hash.update(bytes));
-    hash.finalize().to_vec()
 }
