@@ -28,6 +28,15 @@ pub struct Interval {
     pub high: f64,
 }
 
+impl Interval {
+    /// The interval of a positive value that strays from the truth beside: the logarithm has this standard deviation more.
+    pub(crate) fn widened(self, stray: f64) -> Self {
+        let more = stray * statistics::normal_two_sided_quantile(1.0 - CONFIDENCE);
+        let wider = |end: f64| libm::exp(libm::hypot(libm::log(end / self.value), more));
+        Self { low: self.value / wider(self.low), high: self.value * wider(self.high), ..self }
+    }
+}
+
 /// The exponent of an error's fall, with its interval.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Slope {
