@@ -5,7 +5,7 @@
 
 use math::{Dir, Frame, Ray};
 use sampling::{Sampler, warp};
-use scene::{Scene, SurfaceInteraction};
+use scene::{Scene, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::Integrator;
@@ -69,17 +69,18 @@ impl CameraEstimator for AmbientOcclusion {
     ) -> Spectrum {
         let mut wl = path.wl;
         path.wl = Wavelengths::RGB;
-        let mut ray = path.ray;
+        let (mut ray, mut around) = (path.ray, scene.camera_surroundings());
         loop {
             out.counters.rays += 1;
             let Some(hit) = scene.intersect(&ray) else { return Spectrum::ZERO };
             let si = scene.interaction(&ray, &hit);
-            if scene.shade(&si, &mut wl).is_none() {
+            if scene.shade(&si, &around, &mut wl).is_none() {
+                around = scene.surroundings_after(&si, ray.dir, &around);
                 ray = si.spawn_ray(ray.dir);
                 continue;
             }
             out.counters.rays += u64::from(self.samples);
-            let sum: f32 = (0..self.samples).map(|_| self.term(scene, &si, sampler)).sum();
+            let sum: f32 = (0..self.samples).map(|_| self.term(scene, (&si, &around), sampler)).sum();
             let value = self.albedo * sum / self.samples as f32;
             return Spectrum::from_rgb([value; 3]);
         }
@@ -88,7 +89,12 @@ impl CameraEstimator for AmbientOcclusion {
 
 impl AmbientOcclusion {
     /// `2 V cosθ` or `V` of one ray.
-    fn term(&self, scene: &Scene, si: &SurfaceInteraction, sampler: &mut Sampler) -> f32 {
+    fn term(
+        &self,
+        scene: &Scene,
+        (si, around): (&SurfaceInteraction, &Surroundings),
+        sampler: &mut Sampler,
+    ) -> f32 {
         let n: Dir = si.ng.face_forward(si.wo);
         let u = sampler.next_2d();
         let (local, value) = match self.uniform {
@@ -99,6 +105,7 @@ impl AmbientOcclusion {
             false => (warp::cosine_hemisphere(u), 1.0),
         };
         let ray = Ray { t_max: self.distance, ..si.spawn_ray(Frame::from_normal(n).to_world(local)) };
-        if scene.occluded(&ray) { 0.0 } else { value }
+        let around = scene.surroundings_after(si, ray.dir, around);
+        if scene.is_blocked(&ray, &around) { 0.0 } else { value }
     }
 }

@@ -10,7 +10,7 @@
 use math::{Dir, Point};
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Density, LobeFlags, TransportMode};
-use scene::{LightContext, Scene, SurfaceInteraction};
+use scene::{LightContext, Scene, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
@@ -101,10 +101,10 @@ impl CameraEstimator for Direct {
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
         let eye = path.ray.origin;
-        let Some((si, mut radiance)) = self.first_surface(scene, path, out.counters) else {
+        let Some((si, around, mut radiance)) = self.first_surface(scene, path, out.counters) else {
             return self.emitters_behind(scene, eye, path);
         };
-        let Some(shading) = scene.shade(&si, &mut path.wl) else { return radiance };
+        let Some(shading) = scene.shade(&si, &around, &mut path.wl) else { return radiance };
         if self.max_depth == 0 {
             return radiance;
         }
@@ -112,7 +112,7 @@ impl CameraEstimator for Direct {
             scene,
             si: &si,
             shading: &shading,
-            medium: None,
+            around,
             directions: self.directions,
             guide: None,
             counts: [self.light_samples, self.direction_samples],
@@ -123,22 +123,23 @@ impl CameraEstimator for Direct {
 }
 
 impl Direct {
-    /// The first surface that is no border of media, and the emission met on the way to it (its own too).
+    /// The first surface that is no border of media, what it is reached through, and the emission met on the way to it (its own too).
     fn first_surface(
         &self,
         scene: &Scene,
         path: &mut CameraPath,
         counters: &mut Counters,
-    ) -> Option<(SurfaceInteraction, Spectrum)> {
-        let mut emitted = Spectrum::ZERO;
+    ) -> Option<(SurfaceInteraction, Surroundings, Spectrum)> {
+        let (mut emitted, mut around) = (Spectrum::ZERO, scene.camera_surroundings());
         loop {
             counters.rays += 1;
             let hit = scene.intersect(&path.ray)?;
             let si = scene.interaction(&path.ray, &hit);
             emitted += scene.emitted(&si, si.wo, &path.wl).unwrap_or_default();
-            if !scene.is_interface(&si) {
-                return Some((si, emitted));
+            if !scene.is_interface(&si, &around) {
+                return Some((si, around, emitted));
             }
+            around = scene.surroundings_after(&si, path.ray.dir, &around);
             path.ray = si.spawn_ray(path.ray.dir);
         }
     }
@@ -212,6 +213,7 @@ impl Direct {
         let from = here.si.light_context();
         let mut found = Spectrum::ZERO;
         let mut ray = here.si.spawn_ray(w);
+        let mut around = scene.surroundings_after(here.si, w, &here.around);
         loop {
             counters.rays += 1;
             let Some(hit) = scene.intersect(&ray) else { break };
@@ -221,9 +223,10 @@ impl Direct {
             {
                 found += le * self.weight(pdf, || light_pdf(scene, &from, light, &si));
             }
-            if !scene.is_interface(&si) {
+            if !scene.is_interface(&si, &around) {
                 return found;
             }
+            around = scene.surroundings_after(&si, w, &around);
             ray = si.spawn_ray(w);
         }
         for &light in scene.lights.infinite() {

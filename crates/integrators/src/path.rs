@@ -133,7 +133,7 @@ impl<S: Shortcut> Path<S> {
             // Nearest surface, unless a medium scatters before; a path that leaves the scene may find the sky.
             walk.counters.rays += 1;
             let hit = walk.scene.intersect(&walk.ray);
-            if let Some(medium) = walk.medium {
+            if let Some(medium) = walk.around.medium() {
                 match self.fly(walk, medium, hit.map_or(f32::INFINITY, |h| h.t)) {
                     Event::None => {}
                     Event::Scattered => continue,
@@ -148,9 +148,9 @@ impl<S: Shortcut> Path<S> {
 
             // The walk itself found an emitter.
             walk.add(self.emission(walk, &si));
-            let Some(shading) = walk.scene.shade(&si, walk.wl) else {
+            let Some(shading) = walk.scene.shade(&si, &walk.around, walk.wl) else {
                 // A border of media is no scattering event.
-                walk.medium = walk.scene.medium_after(&si, walk.ray.dir, walk.medium);
+                walk.around = walk.scene.surroundings_after(&si, walk.ray.dir, &walk.around);
                 walk.ray = si.spawn_ray(walk.ray.dir);
                 continue;
             };
@@ -181,7 +181,7 @@ impl<S: Shortcut> Path<S> {
         // Next-event estimation. Under a surface no lamp is seen.
         if let Some(strategy) = self.lights.filter(|_| !is_interior) {
             let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
-            let direct = direct_in_medium(walk.scene, &point, strategy, &mut tools);
+            let direct = direct_in_medium(walk.scene, (&point, &walk.around), strategy, &mut tools);
             walk.add(direct);
         }
 
@@ -253,7 +253,7 @@ impl<S: Shortcut> Path<S> {
                 scene: walk.scene,
                 si,
                 shading,
-                medium: walk.medium,
+                around: walk.around,
                 directions: self.directions,
                 guide,
                 counts: [n_light, 1],
@@ -283,7 +283,7 @@ impl<S: Shortcut> Path<S> {
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf * (1.0 / n_light as f32)));
         walk.shortcut_from = if shortcut && s.pdf.is_some() { Some((*si, shading.clone())) } else { None };
         let dir = shading.frame.to_world(s.wi);
-        walk.medium = walk.scene.medium_after(si, dir, walk.medium);
+        walk.around = walk.scene.surroundings_after(si, dir, &walk.around);
         walk.ray = si.spawn_ray(dir);
         walk.from = walk.ray.origin;
         // A guided walk is asked where it arrives.

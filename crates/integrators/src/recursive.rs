@@ -10,7 +10,7 @@
 
 use sampling::Sampler;
 use scatter::{LobeFlags, TransportMode};
-use scene::{Scene, SurfaceInteraction};
+use scene::{Scene, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::common::{
@@ -91,6 +91,8 @@ struct Arrival {
     depth: u32,
     /// Does emission at its end count?
     sees_emitters: bool,
+    /// What it is in.
+    around: Surroundings,
     /// What the path carries, for roulette alone.
     throughput: Spectrum,
     eta_scale: f32,
@@ -105,7 +107,13 @@ impl CameraEstimator for Recursive {
         out: &mut PathOutput<'_>,
     ) -> Spectrum {
         let mut walk = Walk { scene, sampler, counters: out.counters };
-        let arrival = Arrival { depth: 0, sees_emitters: true, throughput: Spectrum::ONE, eta_scale: 1.0 };
+        let arrival = Arrival {
+            depth: 0,
+            sees_emitters: true,
+            around: scene.camera_surroundings(),
+            throughput: Spectrum::ONE,
+            eta_scale: 1.0,
+        };
         self.incoming(&mut walk, path.ray, arrival, &mut path.wl)
     }
 }
@@ -116,7 +124,7 @@ impl Recursive {
         &self,
         walk: &mut Walk<'_>,
         mut ray: math::Ray,
-        a: Arrival,
+        mut a: Arrival,
         wl: &mut Wavelengths,
     ) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
@@ -132,9 +140,10 @@ impl Recursive {
             if a.sees_emitters {
                 radiance += walk.scene.emitted(&si, si.wo, wl).unwrap_or_default();
             }
-            if !walk.scene.is_interface(&si) {
+            if !walk.scene.is_interface(&si, &a.around) {
                 return radiance + self.reflected(walk, &si, a, wl);
             }
+            a.around = walk.scene.surroundings_after(&si, ray.dir, &a.around);
             ray = si.spawn_ray(ray.dir);
         }
     }
@@ -150,14 +159,14 @@ impl Recursive {
         if a.depth >= self.max_depth {
             return Spectrum::ZERO;
         }
-        let Some(shading) = walk.scene.shade(si, wl) else { return Spectrum::ZERO };
+        let Some(shading) = walk.scene.shade(si, &a.around, wl) else { return Spectrum::ZERO };
         let mut radiance = Spectrum::ZERO;
         if self.shadow_rays && !shading.bsdf.flags().is_within(LobeFlags::SPECULAR) {
             let here = DirectLight {
                 scene: walk.scene,
                 si,
                 shading: &shading,
-                medium: None,
+                around: a.around,
                 directions: self.directions,
                 guide: None,
                 counts: [1, 1],
@@ -173,9 +182,11 @@ impl Recursive {
         for _ in 0..n {
             let drawn = self.directions.sample(&shading.bsdf, wo, walk.sampler, TransportMode::Radiance);
             let Some(s) = drawn else { continue };
+            let dir = shading.frame.to_world(s.wi);
             let next = Arrival {
                 depth: a.depth + 1,
                 sees_emitters: !self.shadow_rays || s.pdf.is_none(),
+                around: walk.scene.surroundings_after(si, dir, &a.around),
                 throughput: a.throughput * s.weight,
                 eta_scale: a.eta_scale * s.eta * s.eta,
             };
@@ -184,7 +195,7 @@ impl Recursive {
                 continue;
             };
             let next = Arrival { throughput: next.throughput * paid, ..next };
-            let ray = si.spawn_ray(shading.frame.to_world(s.wi));
+            let ray = si.spawn_ray(dir);
             // A branch may end its secondary wavelengths where others do not.
             let mut branch_wl = *wl;
             let mut incoming = self.incoming(walk, ray, next, &mut branch_wl);

@@ -2,7 +2,7 @@
 
 use math::{Point, Ray};
 use sampling::{Pdf, Sampler, SolidAngle};
-use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, Scene, Shading, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::Counters;
@@ -20,7 +20,7 @@ pub(crate) struct Walker<'a> {
     /// Where it last scattered, or its eye: borders of media do not count.
     pub(crate) from: Point,
     /// What the ray starts in.
-    pub(crate) medium: Option<MediumId>,
+    pub(crate) around: Surroundings,
     /// Scattering events so far.
     pub(crate) depth: u32,
     /// The same with what happened under surfaces.
@@ -61,7 +61,7 @@ impl<'a> Walker<'a> {
             counters,
             ray,
             from: ray.origin,
-            medium: scene.camera_medium(),
+            around: scene.camera_surroundings(),
             depth: 0,
             steps: 0,
             throughput: Spectrum::ONE,

@@ -8,8 +8,8 @@ mod common;
 use common::{Estimate, Findings, estimate, scene};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 20 renders of scenes, 15 pairs at most, 9 tiles, 3 colours.
-const FAMILY: usize = 20 * 15 * 9 * 3;
+/// Tests in the family: 21 renders of scenes, 15 pairs at most, 9 tiles, 3 colours.
+const FAMILY: usize = 21 * 15 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -151,6 +151,11 @@ fn methods_for_media() -> Vec<Method> {
 #[test]
 fn on_mist_in_glass_and_a_cloud() {
     all_agree("smoke", false, &methods_for_media());
+}
+
+#[test]
+fn on_bodies_that_overlap() {
+    all_agree("nested", false, &methods_for_media());
 }
 
 #[test]

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use render::{Opened, Workers};
 use scatter::{Density, TransportMode};
-use scene::{Shading, SurfaceInteraction};
+use scene::{Shading, SurfaceInteraction, Surroundings};
 use spectrum::Wavelengths;
 
 use crate::arrays;
@@ -49,7 +49,8 @@ impl Scene {
             map(&workers, rays.len(), |i| {
                 let ray = rays.get(i)?;
                 let si = scene.interaction(&ray, &scene.intersect(&ray)?);
-                Some(Point { si, shading: scene.shade(&si, &mut Wavelengths::RGB.clone()) })
+                let (around, mut wl) = (Surroundings::default(), Wavelengths::RGB);
+                Some(Point { si, shading: scene.shade(&si, &around, &mut wl) })
             })
         });
         Ok(Surfaces { opened, list })

@@ -26,6 +26,11 @@ pub struct MaterialDesc {
     pub displacement: Option<FloatInput>,
     /// The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs.
     pub opacity: Option<FloatInput>,
+    /// Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the place,
+    /// whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is then over
+    /// that of the body outside), subsurface materials and interfaces.
+    #[serde(default)]
+    pub priority: Option<i32>,
     /// Where it was written.
     #[serde(skip)]
     pub span: Span,
@@ -42,6 +47,7 @@ impl MaterialDesc {
             normal_layout: NormalLayout::default(),
             displacement: None,
             opacity: None,
+            priority: None,
             span,
         }
     }

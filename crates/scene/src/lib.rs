@@ -15,6 +15,7 @@ mod materials;
 mod media;
 mod scene;
 mod shapes;
+mod surroundings;
 mod textures;
 
 pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
@@ -29,6 +30,7 @@ pub use materials::{Materials, Shading};
 pub use media::{Flight, Media};
 pub use scene::{Scene, SceneCounts, SceneSettings, segment};
 pub use shapes::Shape;
+pub use surroundings::{BodyId, Surroundings};
 pub use textures::{
     FloatHandle, Images, SpectrumHandle, SpectrumRole, TextureCompiler, TextureImage, Textures, color_space,
     spectral_curve, spectrum_value,

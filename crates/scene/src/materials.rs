@@ -47,6 +47,8 @@ pub struct Materials {
 pub(crate) enum Gaps {
     /// It is a surface all over.
     Nowhere,
+    /// It bounds a body, which others may displace: a walk knows (see [`crate::Surroundings`]).
+    WhereDisplaced,
     /// It takes a look at the point.
     Somewhere,
     /// It is but a border of media.
@@ -79,6 +81,8 @@ struct Material {
     relief: Relief,
     /// The BSDF, where it is the same everywhere.
     constant: Option<Bsdf>,
+    /// Of the body that it bounds.
+    priority: Option<i32>,
 }
 
 /// What stands at a point, or where to look further.
@@ -108,7 +112,8 @@ fn mirror() -> Bsdf {
 }
 
 /// What a pane is where light passes.
-static BORDER: Material = Material { surface: Surface::Interface, relief: Relief::None, constant: None };
+static BORDER: Material =
+    Material { surface: Surface::Interface, relief: Relief::None, constant: None, priority: None };
 
 /// Tells panes' choices from others at the same point.
 const PANE_KEY: u64 = 0x70_61_6e_65;
@@ -138,8 +143,33 @@ impl Materials {
         let material = &self.list[si.material.index()];
         match (&material.constant, material.relief) {
             (Some(bsdf), Relief::None) => Some(Shading { bsdf: bsdf.clone(), frame: si.frame }),
-            (Some(_) | None, _) => self.shade_varying(textures, si, footprint, wl),
+            (Some(_) | None, _) => self.shade_varying(textures, si, footprint, (1.0, wl)),
         }
+    }
+
+    /// The same where something else than nothing is outside of the surface: its index of refraction over that.
+    pub(crate) fn shade_against(
+        &self,
+        textures: &Textures,
+        si: &SurfaceInteraction,
+        footprint: &Footprint,
+        (outside, wl): (f32, &mut Wavelengths),
+    ) -> Option<Shading> {
+        self.shade_varying(textures, si, footprint, (outside, wl))
+    }
+
+    /// The index of refraction of what a material bounds: one where it has none. Dispersion leaves the path its hero
+    /// wavelength alone.
+    pub(crate) fn index_of_refraction(&self, material: MaterialId, wl: &mut Wavelengths) -> f32 {
+        match &self.list[material.index()].surface {
+            Surface::Look(look) => look.index_of_refraction(wl),
+            Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Pane(_) | Surface::Interface => 1.0,
+        }
+    }
+
+    /// The priority of the body that a material bounds, if it has one.
+    pub(crate) fn priority(&self, material: MaterialId) -> Option<i32> {
+        self.list[material.index()].priority
     }
 
     /// Is the surface nothing but the border of a medium at this point?
@@ -197,14 +227,16 @@ impl Materials {
         textures: &Textures,
         si: &SurfaceInteraction,
         footprint: &Footprint,
-        wl: &mut Wavelengths,
+        (outside, wl): (f32, &mut Wavelengths),
     ) -> Option<Shading> {
         let ctx = TextureContext::at(si, *footprint);
         let material = self.resolve(si.material, textures, &ctx, si.ng.dot(si.wo));
         let bsdf = match &material.constant {
-            Some(bsdf) => bsdf.clone(),
-            None => match &material.surface {
-                Surface::Look(look) => look.bsdf(&mut Lookup::at(textures, &ctx, wl), &self.profiles),
+            Some(bsdf) if outside == 1.0 => bsdf.clone(),
+            Some(_) | None => match &material.surface {
+                Surface::Look(look) => {
+                    look.bsdf(&mut Lookup::at(textures, &ctx, wl).over(outside), &self.profiles)
+                }
                 Surface::Pane(_) => mirror(),
                 Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Interface => return None,
             },
@@ -287,7 +319,9 @@ impl Materials {
                 match (self.gaps(*a), self.gaps(*b)) {
                     (Gaps::Nowhere, Gaps::Nowhere) => Gaps::Nowhere,
                     (Gaps::Everywhere, Gaps::Everywhere) => Gaps::Everywhere,
-                    (Gaps::Nowhere | Gaps::Somewhere | Gaps::Everywhere, _) => Gaps::Somewhere,
+                    (Gaps::Nowhere | Gaps::WhereDisplaced | Gaps::Somewhere | Gaps::Everywhere, _) => {
+                        Gaps::Somewhere
+                    }
                 }
             }
             Surface::Pane(_) => Gaps::Somewhere,
@@ -413,6 +447,17 @@ pub(crate) mod tests {
 
     fn direction(z: f32) -> LocalDir {
         LocalDir::normalize(Vec3::new(0.3, -0.4, z))
+    }
+
+    #[test]
+    fn what_bounds_no_body_has_no_priority_and_says_so() {
+        let mut scene = scene(kinds(false), Vec::new());
+        scene.materials.iter_mut().for_each(|m| m.priority = Some(3));
+        scene.materials.push(MaterialDesc { priority: Some(-1), ..material(MaterialKind::Interface) });
+        let (materials, _, sink) = compile(&scene, RGB);
+        let priorities: Vec<_> = (0..6).map(|i| materials.priority(MaterialId(i))).collect();
+        assert_eq!(priorities, [None, None, None, Some(3), None, Some(-1)]);
+        assert_eq!(sink.render().matches("bounds no body").count(), 4, "{}", sink.render());
     }
 
     #[test]

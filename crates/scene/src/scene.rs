@@ -10,8 +10,12 @@ use crate::lights::{LightSample, Lights};
 use crate::materials::{Gaps, Materials, Shading};
 use crate::media::Media;
 use crate::shapes::{LocalSurface, Shape, ShapeGeometry};
+use crate::surroundings::Bodies;
 use crate::textures::Textures;
-use crate::{Footprint, LightContext, LightId, MediumId, Place, ShapeId, SurfaceInteraction, TextureContext};
+use crate::{
+    Footprint, LightContext, LightId, MediumId, Place, ShapeId, Surroundings, SurfaceInteraction,
+    TextureContext,
+};
 
 /// Shadow rays end this fraction short of their light, so that rounding cannot make it shadow itself.
 const SHADOW_EPSILON: f32 = 1e-4;
@@ -33,7 +37,9 @@ pub struct Scene {
     pub materials: Materials,
     /// What fills space.
     pub media: Media,
-    pub(crate) camera_medium: Option<MediumId>,
+    /// What may overlap.
+    pub(crate) bodies: Bodies,
+    pub(crate) camera_surroundings: Surroundings,
     /// Media inside and outside of each light; empty without media.
     pub(crate) light_media: Vec<[Option<MediumId>; 2]>,
     /// Everything that emits.
@@ -154,16 +160,28 @@ impl Scene {
         self.accel.intersect(ray, &mut |hit: &Hit| self.is_there(ray, hit))
     }
 
-    /// Is anything opaque along the ray before its end? Borders of media do not count.
+    /// Is anything opaque along the ray before its end? Borders of media do not count; surfaces of all bodies do.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.is_occluded::<true>(ray)
+    }
+
+    /// The same without the surfaces of bodies, which may be displaced: a walk knows (see [`Scene::is_blocked`]).
+    pub(crate) fn is_surely_occluded(&self, ray: &Ray) -> bool {
+        self.is_occluded::<false>(ray)
+    }
+
+    fn is_occluded<const BODIES_COUNT: bool>(&self, ray: &Ray) -> bool {
         if !self.shadow_filter {
             return self.accel.occluded(ray, &mut accept_all);
         }
         self.accel.occluded(ray, &mut |hit: &Hit| {
             let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
                 Gaps::Nowhere => true,
-                Gaps::Somewhere => !self.is_interface(&self.interaction(ray, hit)),
+                Gaps::WhereDisplaced => BODIES_COUNT,
+                Gaps::Somewhere => {
+                    !self.materials.is_interface(&self.textures, &self.interaction(ray, hit))
+                }
                 Gaps::Everywhere => false,
             };
             is_surface && self.is_there(ray, hit)
@@ -218,13 +236,27 @@ impl Scene {
         }
     }
 
-    /// The BSDF of a surface in its (bumped) frame; `None` for a border of media, which rays pass.
+    /// The BSDF of a surface in its (bumped) frame, to which a ray came through `around`; `None` for a border of media
+    /// and where a body is displaced, which rays pass.
     #[must_use]
-    pub fn shade(&self, si: &SurfaceInteraction, wl: &mut Wavelengths) -> Option<Shading> {
+    pub fn shade(
+        &self,
+        si: &SurfaceInteraction,
+        around: &Surroundings,
+        wl: &mut Wavelengths,
+    ) -> Option<Shading> {
         let footprint = match self.materials.is_uniform(si.material) {
             true => Footprint::default(),
             false => self.footprint(si),
         };
+        if !self.bodies.is_empty() {
+            if self.is_displaced(si, around) {
+                return None;
+            }
+            if let Some(outside) = self.index_outside(si, around, wl) {
+                return self.materials.shade_against(&self.textures, si, &footprint, (outside, wl));
+            }
+        }
         self.materials.shade(&self.textures, si, &footprint, wl)
     }
 
@@ -240,10 +272,12 @@ impl Scene {
         self.sensor.rgb(radiance, wl)
     }
 
-    /// Is the surface nothing but a border of media, which rays pass?
+    /// Is the surface, to which a ray came through `around`, nothing but a border of media, or not there at all, so that
+    /// rays pass?
     #[must_use]
-    pub fn is_interface(&self, si: &SurfaceInteraction) -> bool {
+    pub fn is_interface(&self, si: &SurfaceInteraction, around: &Surroundings) -> bool {
         self.materials.is_interface(&self.textures, si)
+            || !self.bodies.is_empty() && self.is_displaced(si, around)
     }
 
     /// Radiance that a surface emits along `w`.

@@ -87,6 +87,11 @@ impl Build<'_, '_> {
             normal_map = self.image_param(p, "normalmap", ImageEncoding::Linear);
             displacement = self.float_input(p, if self.is_old { "bumpmap" } else { "displacement" });
         }
+        let bounds = matches!(
+            kind,
+            Some(MaterialKind::Dielectric { .. } | MaterialKind::Interface | MaterialKind::Subsurface { .. })
+        );
+        let priority = if bounds { p.integer_opt("priority", self.report).map(|(n, _)| n) } else { None };
         let opacity = if self.is_old { self.old_opacity(entity) } else { None };
         let is_stand_in = self.is_old && entity.kind == "fourier";
         if kind.is_some() && !is_stand_in {
@@ -95,7 +100,14 @@ impl Build<'_, '_> {
             p.report_unused(&format!("material \"{}\"", entity.kind), self.report);
         }
         let kind = kind.unwrap_or_else(MaterialKind::default_diffuse);
-        MaterialDesc { name, normal_map, displacement, opacity, ..MaterialDesc::new(kind, entity.span) }
+        MaterialDesc {
+            name,
+            normal_map,
+            displacement,
+            opacity,
+            priority,
+            ..MaterialDesc::new(kind, entity.span)
+        }
     }
 
     fn material_kind(&mut self, entity: &Entity) -> Option<MaterialKind> {

@@ -33,6 +33,9 @@ impl Writer<'_, '_, '_> {
             if let (Some(height), true) = (&material.displacement, has_surface) {
                 Self::float_input(&mut p, "displacement", height);
             }
+            if let Some(priority) = material.priority {
+                p.put("integer", "priority", &priority.to_string());
+            }
             let name = format!("material-{i}");
             self.line(0, &format!("MakeNamedMaterial \"{name}\" \"string type\" \"{kind}\"{}", p.0));
         }

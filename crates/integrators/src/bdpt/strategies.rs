@@ -300,9 +300,9 @@ impl Joint<'_> {
     /// What gets through from a vertex along a ray; `None` for nothing.
     fn through(&mut self, from: &Vertex, ray: &Ray) -> Option<Spectrum> {
         self.counters.rays += 1;
-        let medium = from.medium_towards(self.scene, ray.dir);
+        let around = from.surroundings_towards(self.scene, ray.dir);
         let sampler = &mut *self.sampler;
-        let through = self.scene.transmittance(ray, medium, &self.wl, &mut || sampler.next_1d());
+        let through = self.scene.transmittance(ray, &around, &self.wl, &mut || sampler.next_1d());
         (!through.is_black()).then_some(through)
     }
 

@@ -5,7 +5,7 @@ use math::Dir;
 use sampling::mis::Heuristic;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::{Density, TransportMode};
-use scene::{LightContext, LightId, LightSample, MediumId, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, LightId, LightSample, Scene, Shading, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use super::{DirectionSampling, MediumPoint};
@@ -27,8 +27,8 @@ pub(crate) struct DirectLight<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) si: &'a SurfaceInteraction,
     pub(crate) shading: &'a Shading,
-    /// The medium through which the path came to the surface.
-    pub(crate) medium: Option<MediumId>,
+    /// What the path came through to the surface.
+    pub(crate) around: Surroundings,
     /// How the rival draws its directions.
     pub(crate) directions: DirectionSampling,
     /// What the rival mixes them with.
@@ -92,21 +92,22 @@ impl DirectLight<'_> {
         let [n_light, n_direction] = self.counts.map(|n| n as f32);
         let weight = weight_of_sample(sample.density, strategy, chosen * n_light, rival * n_direction);
         tools.counters.rays += 1;
-        if !self.scene.has_media() {
+        if self.scene.is_empty_space() {
             return match weight.is_finite() && self.scene.unoccluded(ctx, sample) {
                 true => reflected * weight,
                 false => Spectrum::ZERO,
             };
         }
-        let medium = self.scene.medium_after(self.si, sample.wi, self.medium);
-        reflected * tools.arriving(self.scene, (ctx, sample), medium, weight)
+        let around = self.scene.surroundings_after(self.si, sample.wi, &self.around);
+        reflected * tools.arriving(self.scene, (ctx, sample), &around, weight)
     }
 }
 
-/// Light straight from emitters to a point of a medium: phase function × Le / p of one light sample, weighted.
+/// Light straight from emitters to a point of a medium, in its surroundings: phase function × Le / p of one light sample,
+/// weighted.
 pub(crate) fn direct_in_medium(
     scene: &Scene,
-    point: &MediumPoint,
+    (point, around): (&MediumPoint, &Surroundings),
     strategy: LightStrategy,
     tools: &mut Tools<'_>,
 ) -> Spectrum {
@@ -119,7 +120,7 @@ pub(crate) fn direct_in_medium(
     }
     let weight = weight_of_sample(sample.density, strategy, chosen, rival);
     tools.counters.rays += 1;
-    scattered * tools.arriving(scene, (&ctx, &sample), Some(point.medium), weight)
+    scattered * tools.arriving(scene, (&ctx, &sample), around, weight)
 }
 
 impl Tools<'_> {
@@ -142,14 +143,14 @@ impl Tools<'_> {
         &mut self,
         scene: &Scene,
         (ctx, sample): (&LightContext, &LightSample),
-        medium: Option<MediumId>,
+        around: &Surroundings,
         weight: f32,
     ) -> Spectrum {
         if !weight.is_finite() {
             return Spectrum::ZERO;
         }
         let ray = scene.shadow_ray(ctx, sample);
-        scene.transmittance(&ray, medium, self.wl, &mut || self.sampler.next_1d()) * weight
+        scene.transmittance(&ray, around, self.wl, &mut || self.sampler.next_1d()) * weight
     }
 }
 

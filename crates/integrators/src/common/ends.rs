@@ -35,7 +35,7 @@ impl CameraStart {
         let (position, leaving) = camera_densities(scene, &sample.ray);
         let start = Start {
             ray: sample.ray,
-            medium: scene.camera_medium(),
+            around: scene.camera_surroundings(),
             place: lens_place(scene, &sample.ray),
             leaving,
             throughput: Spectrum::splat(sample.weight),
@@ -91,8 +91,8 @@ impl LightStart {
         }
         let place = Place { p: sample.p, n: sample.n, is_infinite: sample.is_infinite, is_medium: false };
         let (emit, leaving) = emission_densities(scene, light, &place, sample.ray.dir);
-        let medium = scene.emission_medium(&sample);
-        Some(Self { start: Start { ray: sample.ray, medium, place, leaving, throughput }, light, emit })
+        let around = scene.emission_surroundings(&sample);
+        Some(Self { start: Start { ray: sample.ray, around, place, leaving, throughput }, light, emit })
     }
 }
 
@@ -151,7 +151,7 @@ pub(crate) fn connect_to_eye(
     counters.rays += 1;
     let origin = vertex.spawn_ray(eye.wi).origin;
     let ray = segment(origin, eye.p_lens, vertex.time());
-    let medium = vertex.medium_towards(scene, eye.wi);
-    let through = scene.transmittance(&ray, medium, wl, &mut || sampler.next_1d());
+    let around = vertex.surroundings_towards(scene, eye.wi);
+    let through = scene.transmittance(&ray, &around, wl, &mut || sampler.next_1d());
     (!through.is_black()).then_some((eye, through))
 }

@@ -2,7 +2,7 @@
 
 use math::{Dir, Point, Ray, Vec3};
 use scatter::{PhaseFunction, TransportMode};
-use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction, Surroundings};
 use spectrum::Spectrum;
 
 /// A point of a medium at which a path scatters.
@@ -104,11 +104,11 @@ impl Site {
         }
     }
 
-    /// The medium of rays that leave along `w`, where the path came through `before`.
-    pub(crate) fn medium_towards(&self, scene: &Scene, w: Dir, before: Option<MediumId>) -> Option<MediumId> {
+    /// What rays are in that leave along `w`, where the path came through `before`.
+    pub(crate) fn surroundings_towards(&self, scene: &Scene, w: Dir, before: &Surroundings) -> Surroundings {
         match self {
-            Self::Surface { si, .. } => scene.medium_after(si, w, before),
-            Self::Medium(m) => Some(m.medium),
+            Self::Surface { si, .. } => scene.surroundings_after(si, w, before),
+            Self::Medium(_) => *before,
         }
     }
 

@@ -18,7 +18,7 @@
 
 use math::{Dir, Point, Ray};
 use scatter::TransportMode;
-use scene::{LensHit, LightContext, MediumId, Scene, SurfaceInteraction};
+use scene::{LensHit, LightContext, Scene, SurfaceInteraction, Surroundings};
 use spectrum::Spectrum;
 
 use super::Site;
@@ -91,8 +91,8 @@ impl Leaving {
 pub(crate) struct Vertex {
     /// A surface or a point of a medium; its `wo` leads back along the walk.
     pub(crate) site: Site,
-    /// The medium through which the walk came.
-    pub(crate) medium: Option<MediumId>,
+    /// What the walk came through.
+    pub(crate) around: Surroundings,
     /// Of the walk up to here, before this vertex scatters.
     pub(crate) throughput: Spectrum,
     /// Density with which the walk found it.
@@ -161,9 +161,9 @@ impl Vertex {
         self.site.light_context()
     }
 
-    /// The medium of rays that leave along `w`.
-    pub(crate) fn medium_towards(&self, scene: &Scene, w: Dir) -> Option<MediumId> {
-        self.site.medium_towards(scene, w, self.medium)
+    /// What rays are in that leave along `w`.
+    pub(crate) fn surroundings_towards(&self, scene: &Scene, w: Dir) -> Surroundings {
+        self.site.surroundings_towards(scene, w, &self.around)
     }
 }
 

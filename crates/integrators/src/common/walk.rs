@@ -8,7 +8,7 @@
 use math::{Dir, Point, Ray};
 use sampling::Sampler;
 use scatter::TransportMode;
-use scene::{MediumId, Scene, Shading};
+use scene::{Scene, Shading, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use super::subpath::{Arrival, Escape, Glow, Leaving, Passed, Place, Subpath, Vertex};
@@ -19,8 +19,8 @@ use crate::Counters;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Start {
     pub(crate) ray: Ray,
-    /// The medium that the ray starts in.
-    pub(crate) medium: Option<MediumId>,
+    /// What the ray starts in.
+    pub(crate) around: Surroundings,
     pub(crate) place: Place,
     pub(crate) leaving: Leaving,
     pub(crate) throughput: Spectrum,
@@ -40,7 +40,7 @@ pub(crate) struct Walk<'a> {
 /// A walk on its way.
 struct Traveller {
     ray: Ray,
-    medium: Option<MediumId>,
+    around: Surroundings,
     leaving: Leaving,
     throughput: Spectrum,
     /// What roulette looks at: the throughput without the start's.
@@ -61,7 +61,7 @@ impl Walk<'_> {
         path.clear();
         let mut on = Traveller {
             ray: start.ray,
-            medium: start.medium,
+            around: start.around,
             leaving: start.leaving,
             throughput: start.throughput,
             carried: Spectrum::ONE,
@@ -96,7 +96,7 @@ impl Walk<'_> {
             counters.rays += 1;
             let hit = self.scene.intersect(&on.ray);
             let end = hit.map_or(f32::INFINITY, |h| h.t);
-            if on.medium.is_some() {
+            if on.around.medium().is_some() {
                 if let Some(t) = self.fly(on, end, (&mut *sampler, &*wl), path) {
                     return self.scatter_in_medium(on, t, path);
                 }
@@ -117,18 +117,18 @@ impl Walk<'_> {
             };
             let si = self.scene.interaction(&on.ray, &hit);
             let forward = on.leaving.density_at(&Place::on_surface(si.p, si.ng));
-            let (throughput, medium) = (on.throughput, on.medium);
-            if let Some(shading) = self.scene.shade(&si, wl) {
+            let (throughput, around) = (on.throughput, on.around);
+            if let Some(shading) = self.scene.shade(&si, &around, wl) {
                 let site = Site::Surface { si, shading };
                 let events = path.events(after) as u32 + 1;
                 let (reverse, is_delta) = (0.0, false);
-                path.vertices.push(Vertex { site, medium, throughput, forward, reverse, is_delta, events });
+                path.vertices.push(Vertex { site, around, throughput, forward, reverse, is_delta, events });
                 return true;
             }
             if si.light.is_some() && self.mode == TransportMode::Radiance {
                 path.passed.push(Passed { after, si, throughput, forward });
             }
-            on.medium = self.scene.medium_after(&si, on.ray.dir, on.medium);
+            on.around = self.scene.surroundings_after(&si, on.ray.dir, &around);
             on.ray = si.spawn_ray(on.ray.dir);
         }
     }
@@ -141,7 +141,7 @@ impl Walk<'_> {
         (sampler, wl): (&mut Sampler, &Wavelengths),
         path: &mut Subpath,
     ) -> Option<f32> {
-        let medium = on.medium?;
+        let medium = on.around.medium()?;
         let mut through = |on: &mut Traveller, from: f32, to: f32, path: &mut Subpath| {
             let piece = Ray { origin: on.ray.at(from), t_max: to - from, ..on.ray };
             let flight = self.scene.media.fly(medium, &piece, on.throughput, wl, &mut || sampler.next_1d());
@@ -167,11 +167,11 @@ impl Walk<'_> {
 
     /// A vertex in the medium at distance `t`, if anything is left.
     fn scatter_in_medium(&self, on: &Traveller, t: f32, path: &mut Subpath) -> bool {
-        let Some(medium) = on.medium.filter(|_| !on.throughput.is_black()) else { return false };
+        let Some(medium) = on.around.medium().filter(|_| !on.throughput.is_black()) else { return false };
         let point = MediumPoint::new(self.scene, &on.ray, t, medium);
         path.vertices.push(Vertex {
             site: Site::Medium(point),
-            medium: on.medium,
+            around: on.around,
             throughput: on.throughput,
             forward: on.leaving.density_at(&Place::in_medium(point.p)),
             reverse: 0.0,
@@ -202,7 +202,7 @@ impl Walk<'_> {
         on.throughput *= step.factor;
         on.carried *= step.factor;
         on.leaving = Leaving::Point { from: vertex.p(), density: step.forward };
-        on.medium = vertex.medium_towards(self.scene, step.dir);
+        on.around = vertex.surroundings_towards(self.scene, step.dir);
         on.ray = vertex.spawn_ray(step.dir);
         if on.throughput.is_black() {
             return false;

@@ -10,7 +10,7 @@ use math::{Dir, Frame, Ray};
 use rayon::prelude::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use sampling::Sampler;
 use scatter::Bsdf;
-use scene::{MediumId, Scene, Shading, SurfaceInteraction};
+use scene::{Scene, Shading, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 use std::sync::{Mutex, PoisonError};
 
@@ -50,8 +50,8 @@ struct Wanted {
     si: SurfaceInteraction,
     /// Of the side.
     n: Dir,
-    /// The medium through which a walk came to it.
-    medium: Option<MediumId>,
+    /// What a walk came through to it.
+    around: Surroundings,
     depth: u32,
 }
 
@@ -181,18 +181,18 @@ impl Build<'_> {
     ) -> Found {
         let mut found = Found { radiance: Spectrum::ZERO, distance: f32::INFINITY };
         let mut ray = wanted.si.spawn_ray(w);
-        let mut medium = self.scene.medium_after(&wanted.si, w, wanted.medium);
+        let mut around = self.scene.surroundings_after(&wanted.si, w, &wanted.around);
         let mut through = Spectrum::ONE;
         loop {
             counters.rays += 1;
             let Some(hit) = self.scene.intersect(&ray) else { return found };
-            if let Some(medium) = medium {
+            if let Some(medium) = around.medium() {
                 let ray = Ray { t_max: hit.t, ..ray };
                 through *= self.scene.media.pass(medium, &ray, wl, &mut || sampler.next_1d()).factor;
             }
             let si = self.scene.interaction(&ray, &hit);
-            let Some(shading) = self.scene.shade(&si, wl) else {
-                medium = self.scene.medium_after(&si, w, medium);
+            let Some(shading) = self.scene.shade(&si, &around, wl) else {
+                around = self.scene.surroundings_after(&si, w, &around);
                 ray = si.spawn_ray(w);
                 continue;
             };
@@ -200,7 +200,7 @@ impl Build<'_> {
             if is_matt(&shading.bsdf) {
                 let mut walk = Walker::new(self.scene, (ray, wl), sampler, counters);
                 walk.depth = wanted.depth + 1;
-                walk.medium = medium;
+                walk.around = around;
                 walk.throughput = through;
                 if path.scatter(&mut walk, &si, &shading) {
                     path.walk(&mut walk);
@@ -236,7 +236,7 @@ impl Shortcut for Surveyor<'_> {
     fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered> {
         let cache = &self.caches[self.settings.cache_of(walk.depth)?];
         let new = sides(si, shading).into_iter().flatten().filter(|(n, _)| !cache.covers(si.p, *n));
-        let new = new.map(|(n, _)| Wanted { si: *si, n, medium: walk.medium, depth: walk.depth });
+        let new = new.map(|(n, _)| Wanted { si: *si, n, around: walk.around, depth: walk.depth });
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner).extend(new);
         Some(Gathered::default())
     }

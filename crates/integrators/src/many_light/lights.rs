@@ -1,7 +1,7 @@
 //! Virtual lights: vertices of light paths on matt surfaces, each of which shines on what it sees [Keller1997].
 
 use scatter::{Bsdf, LobeFlags, TransportMode};
-use scene::{MediumId, Scene, Shading, SurfaceInteraction, segment};
+use scene::{Scene, Shading, SurfaceInteraction, Surroundings, segment};
 use spectrum::Spectrum;
 
 use crate::common::{Keeper, LightPath, Site, Tools, scatter_at};
@@ -67,8 +67,8 @@ pub(super) struct Receiver<'a> {
     pub(super) scene: &'a Scene,
     pub(super) si: &'a SurfaceInteraction,
     pub(super) shading: &'a Shading,
-    /// The medium through which the path came to it.
-    pub(super) medium: Option<MediumId>,
+    /// What the path came through to it.
+    pub(super) around: Surroundings,
     pub(super) bound: Bound,
 }
 
@@ -91,10 +91,10 @@ impl Receiver<'_> {
         }
         tools.counters.rays += 1;
         let (from, to) = (z.spawn_ray(w).origin, y.spawn_ray(-w).origin);
-        let medium = self.scene.medium_after(z, w, self.medium);
+        let around = self.scene.surroundings_after(z, w, &self.around);
         let sampler = &mut *tools.sampler;
         let ray = segment(from, to, z.time);
-        value * self.scene.transmittance(&ray, medium, tools.wl, &mut || sampler.next_1d())
+        value * self.scene.transmittance(&ray, &around, tools.wl, &mut || sampler.next_1d())
     }
 }
 

@@ -218,7 +218,7 @@ impl Shortcut for Gathering {
     }
 
     fn light(&self, walk: &mut Walker<'_>, si: &SurfaceInteraction, shading: &Shading) -> Option<Gathered> {
-        let receiver = Receiver { scene: walk.scene, si, shading, medium: walk.medium, bound: self.bound };
+        let receiver = Receiver { scene: walk.scene, si, shading, around: walk.around, bound: self.bound };
         let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
         let sum = match &self.cuts {
             Some(rules) => {

@@ -3,7 +3,7 @@
 use math::{Point, Ray};
 use sampling::mis::Heuristic;
 use sampling::{Pdf, SolidAngle};
-use scene::{LightContext, MediumId, Scene};
+use scene::{LightContext, Scene, Surroundings};
 use spectrum::Spectrum;
 
 use crate::common::{DirectionSample, Site, Vertex};
@@ -25,8 +25,8 @@ pub(super) struct State {
     pub(super) ray: Ray,
     /// Where the walk last scattered, or its eye.
     pub(super) from: Point,
-    /// The medium that the ray starts in.
-    pub(super) medium: Option<MediumId>,
+    /// What the ray starts in.
+    pub(super) around: Surroundings,
     pub(super) throughput: Spectrum,
     pub(super) eta_scale: f32,
     /// Scattering events so far.
@@ -43,7 +43,7 @@ impl State {
     pub(super) fn vertex(&self, site: Site) -> Vertex {
         Vertex {
             site,
-            medium: self.medium,
+            around: self.around,
             throughput: self.throughput,
             forward: 0.0,
             reverse: 0.0,
@@ -64,7 +64,7 @@ impl State {
             None => self.before.after_delta(),
         };
         let dir = shading.frame.to_world(s.wi);
-        self.medium = scene.medium_after(si, dir, self.medium);
+        self.around = scene.surroundings_after(si, dir, &self.around);
         self.ray = si.spawn_ray(dir);
         self.from = self.ray.origin;
     }

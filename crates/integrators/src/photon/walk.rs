@@ -90,7 +90,7 @@ impl CameraEstimator for GatherWalk {
         let state = State {
             ray: path.ray,
             from: path.ray.origin,
-            medium: scene.camera_medium(),
+            around: scene.camera_surroundings(),
             throughput: Spectrum::ONE,
             eta_scale: 1.0,
             depth: 0,
@@ -109,7 +109,7 @@ impl GatherWalk {
         loop {
             out.counters.rays += 1;
             let hit = scene.intersect(&on.ray);
-            if let Some(medium) = on.medium {
+            if let Some(medium) = on.around.medium() {
                 match self.fly(scene, medium, hit.map_or(f32::INFINITY, |h| h.t), &mut on, out) {
                     Flown::Through => {}
                     Flown::Under => continue,
@@ -129,9 +129,9 @@ impl GatherWalk {
                 let weight = on.before.weight(|from| light_pdf(scene, from, light, &si));
                 out.sum.add(on.throughput * le * weight, false);
             }
-            let Some(shading) = scene.shade(&si, out.wl) else {
+            let Some(shading) = scene.shade(&si, &on.around, out.wl) else {
                 // A border of media is no scattering event.
-                on.medium = scene.medium_after(&si, on.ray.dir, on.medium);
+                on.around = scene.surroundings_after(&si, on.ray.dir, &on.around);
                 on.ray = si.spawn_ray(on.ray.dir);
                 continue;
             };
@@ -168,7 +168,7 @@ impl GatherWalk {
         let gathers_all = on.is_gathering || self.at_diffuse == AtDiffuse::Raw;
         if !gathers_all {
             let mut tools = Tools { sampler: out.sampler, wl: out.wl, counters: out.counters };
-            let direct = direct_in_medium(scene, &point, STRATEGY, &mut tools);
+            let direct = direct_in_medium(scene, (&point, &on.around), STRATEGY, &mut tools);
             out.sum.add(on.throughput * direct, false);
         }
         let vertex = on.vertex(Site::Medium(point));
@@ -218,7 +218,7 @@ impl GatherWalk {
                 scene,
                 si,
                 shading,
-                medium: on.medium,
+                around: on.around,
                 directions: DirectionSampling::Bsdf,
                 guide: None,
                 counts,

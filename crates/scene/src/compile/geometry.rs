@@ -3,15 +3,16 @@
 use accel::{Accel, Blas, BuildOptions, Instance};
 use math::{AnimatedTransform, Transform, Vec3};
 use rayon::prelude::*;
-use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink};
+use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink, Span};
 
 use super::CompileOptions;
 use super::kept::{KeptWorld, needs_filter};
 use crate::MaterialId;
-use crate::materials::Materials;
+use crate::materials::{Gaps, Materials};
 use crate::media::MediumIds;
 use crate::scene::SceneCounts;
 use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
+use crate::surroundings::{Bodies, Body};
 use crate::textures::{FloatHandle, TextureCompiler};
 
 /// Nesting of objects within objects beyond this is taken for an endless circle.
@@ -25,6 +26,8 @@ pub(crate) struct World {
     pub(crate) shapes: Vec<Shape>,
     pub(crate) object_base: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
+    /// What may overlap.
+    pub(crate) bodies: Bodies,
     pub(crate) counts: SceneCounts,
     /// Shapes that emit: index among `shapes`, index among the description's.
     pub(crate) emitters: Vec<(usize, usize)>,
@@ -62,7 +65,8 @@ pub(super) fn build(
         instances.push(Instance { object, world_from_object: shape.world_from_object });
     }
 
-    let shapes = builder.shapes;
+    let mut shapes = builder.shapes;
+    let bodies = bodies(&mut shapes, materials, textures.sink());
     let trees = trees.and_then(|(accel, filters)| KeptWorld::trees(accel, &filters, &shapes, options.isa));
     let accel = match trees {
         Some(accel) => accel,
@@ -73,7 +77,7 @@ pub(super) fn build(
         None => accel,
     };
     let counts = count(&shapes, instances.len(), &accel);
-    Some(World { accel, shapes, object_base, instances, counts, emitters })
+    Some(World { accel, shapes, object_base, instances, bodies, counts, emitters })
 }
 
 /// In which space a shape is stored.
@@ -122,6 +126,7 @@ impl Builder<'_, '_> {
                 first_light: None,
                 primitives_per_light: 1,
                 medium_interface: self.media.sides(desc.medium_interface, desc.material),
+                body: None,
                 gaps: self.materials.gaps(MaterialId(desc.material.0)),
                 detail: self.materials.detail(MaterialId(desc.material.0)),
             });
@@ -217,6 +222,30 @@ fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
             phi_max: phi_max.clamp(0.0, 360.0).to_radians(),
         }),
     }
+}
+
+/// Gives shapes of materials with a priority their bodies.
+fn bodies(shapes: &mut [Shape], materials: &Materials, sink: &mut Sink) -> Bodies {
+    let body = |s: &Shape| {
+        let priority = materials.priority(s.material).filter(|_| s.alpha.is_none())?;
+        let medium = s.medium_interface.and_then(|[inside, _]| inside);
+        Some(Body { priority, material: s.material, medium })
+    };
+    let bodies = Bodies::new(shapes.iter().filter_map(body).collect());
+    let mut without = 0;
+    for shape in shapes {
+        let Some(body) = body(shape) else { continue };
+        shape.body = bodies.id(&body);
+        without += usize::from(shape.body.is_none());
+        if shape.gaps == Gaps::Nowhere {
+            shape.gaps = Gaps::WhereDisplaced;
+        }
+    }
+    if without > 0 {
+        sink.error(Span::NONE, format!("{without} shapes have priorities that are one too many"))
+            .hint("give fewer materials a priority: there may be 65535 pairs of such a material and a medium");
+    }
+    bodies
 }
 
 fn build_trees(
@@ -335,7 +364,7 @@ mod tests {
     use std::sync::Arc;
 
     use math::{AnimatedTransform, DMat4, DVec3, Dir, Transform, Vec3};
-    use scene_desc::{MeshDesc, Span};
+    use scene_desc::MeshDesc;
 
     use super::*;
     use crate::materials::Detail;

@@ -22,7 +22,7 @@ use crate::materials::{Gaps, Materials};
 use crate::media::{Media, MediumIds};
 use crate::scene::{Scene, SceneCounts, SceneSettings};
 use crate::textures::{FloatHandle, TextureCompiler, color_space};
-use crate::{LightId, MediumId};
+use crate::{LightId, MediumId, Surroundings};
 
 /// What the caller wants otherwise than the file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,7 +87,8 @@ pub fn recompile(
         textures,
         materials,
         media,
-        camera_medium: medium_ids.described(desc.camera.medium),
+        bodies: world.bodies,
+        camera_surroundings: Surroundings::default(),
         light_media: Vec::new(),
         lights,
         light_selector,
@@ -106,6 +107,7 @@ pub fn recompile(
             counts,
         },
     };
+    scene.place_camera(medium_ids.described(desc.camera.medium));
     scene.place_lights(&declared);
     Some(scene)
 }

@@ -60,7 +60,7 @@ impl Materials {
 impl Material {
     fn black() -> Self {
         let reflectance = SpectrumHandle::Constant(spectrum::SpectrumValue::ZERO);
-        Self { surface: Surface::Look(Look::Diffuse { reflectance }), relief: Relief::None, constant: None }
+        Self { surface: Surface::Look(Look::Diffuse { reflectance }), relief: Relief::None, constant: None, priority: None }
     }
 }
 
@@ -129,7 +129,8 @@ impl Compiler<'_, '_> {
             }
             (None, None) => Relief::None,
         };
-        Material { surface, relief, constant: None }
+        let priority = self.priority(desc);
+        Material { surface, relief, constant: None, priority }
     }
 
     #[allow(clippy::too_many_lines, reason = "one arm for each kind, none of which decides anything")]
@@ -259,6 +260,29 @@ impl Compiler<'_, '_> {
             nonlinear,
             profiles,
         }))
+    }
+
+    /// The priority of the body that a material bounds.
+    fn priority(&mut self, desc: &MaterialDesc) -> Option<i32> {
+        let priority = desc.priority?;
+        let bounds = matches!(
+            desc.kind,
+            MaterialKind::Dielectric { .. } | MaterialKind::Interface | MaterialKind::Subsurface { .. }
+        );
+        let problem = if !bounds {
+            "this material bounds no body: its priority is ignored"
+        } else if desc.opacity.is_some() {
+            "a surface with holes bounds no body: its priority is ignored"
+        } else if self.mixed.get(self.interiors.len() - 1).copied().unwrap_or(false) {
+            "a priority counts where the material is a shape's own, not as a part of another"
+        } else {
+            return Some(priority);
+        };
+        self.textures
+            .sink()
+            .warning(desc.span, problem)
+            .hint("dielectrics, subsurface materials and interfaces have priorities");
+        bounds.then_some(priority).filter(|_| desc.opacity.is_none())
     }
 
     /// What is under a subsurface material's surface.

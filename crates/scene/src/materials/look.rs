@@ -5,7 +5,7 @@ use scatter::{
     Bsdf, CoatProfile, CoatProfiles, CoatedConductor, CoatedDiffuse, CompensatedConductor, Dielectric,
     Diffuse, DiffuseTransmission, OrenNayar, Plastic, SoftBorder, ThinDielectric, TintedDielectric,
 };
-use spectrum::Spectrum;
+use spectrum::{Spectrum, Wavelengths};
 
 use super::artist::{HairLook, MetallicRoughnessLook, PrincipledLook};
 use super::measured::MeasuredLook;
@@ -98,13 +98,13 @@ impl Look {
             }
             Self::Dielectric { eta, alpha, tint } => {
                 let facets = alpha.at(at);
-                let glass = Dielectric::new(eta.at(at.wl), facets);
+                let glass = Dielectric::new(eta.at(at.wl) / at.outside, facets);
                 match tint.at(at) {
                     Some([r, t]) => TintedDielectric::glass(glass, r, t).into(),
                     None => glass.into(),
                 }
             }
-            Self::SoftBorder { eta, alpha } => SoftBorder::new(*eta, alpha.at(at)).into(),
+            Self::SoftBorder { eta, alpha } => SoftBorder::new(*eta / at.outside, alpha.at(at)).into(),
             Self::ThinDielectric { eta, tint } => {
                 let pane = ThinDielectric::new(eta.at(at.wl));
                 match tint.at(at) {
@@ -127,6 +127,26 @@ impl Look {
             Self::MetallicRoughness(gltf) => gltf.bsdf(at),
             Self::Hair(hair) => hair.bsdf(at),
             Self::Measured(measured) => measured.bsdf(at.wl),
+        }
+    }
+
+    /// The index of refraction of what is inside; one for what has no inside.
+    pub(super) fn index_of_refraction(&self, wl: &mut Wavelengths) -> f32 {
+        match self {
+            Self::Dielectric { eta, .. } => eta.at(wl),
+            Self::SoftBorder { eta, .. } => *eta,
+            Self::Diffuse { .. }
+            | Self::DiffuseTransmission { .. }
+            | Self::OrenNayar { .. }
+            | Self::Conductor { .. }
+            | Self::ThinDielectric { .. }
+            | Self::CoatedDiffuse { .. }
+            | Self::CoatedConductor { .. }
+            | Self::Plastic(_)
+            | Self::Principled(_)
+            | Self::MetallicRoughness(_)
+            | Self::Hair(_)
+            | Self::Measured(_) => 1.0,
         }
     }
 

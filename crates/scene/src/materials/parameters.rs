@@ -19,17 +19,24 @@ pub(super) struct Lookup<'a> {
     pub(super) wl: &'a mut Wavelengths,
     /// Was a texture asked for in no place?
     varies: bool,
+    /// Index of refraction of what is outside of the surface.
+    pub(super) outside: f32,
 }
 
 impl<'a> Lookup<'a> {
     /// At a point.
     pub(super) fn at(textures: &'a Textures, ctx: &'a TextureContext, wl: &'a mut Wavelengths) -> Self {
-        Self { place: Some((textures, ctx)), wl, varies: false }
+        Self { place: Some((textures, ctx)), wl, varies: false, outside: 1.0 }
     }
 
     /// In no place.
     pub(super) fn nowhere(wl: &'a mut Wavelengths) -> Self {
-        Self { place: None, wl, varies: false }
+        Self { place: None, wl, varies: false, outside: 1.0 }
+    }
+
+    /// With something of this index of refraction outside of the surface.
+    pub(super) fn over(self, outside: f32) -> Self {
+        Self { outside, ..self }
     }
 
     /// Was a texture asked for in no place?

@@ -21,7 +21,7 @@ use math::{Point, Ray, Transform};
 
 use crate::materials::{Detail, Gaps};
 use crate::textures::FloatHandle;
-use crate::{LightId, MaterialId, MediumId};
+use crate::{BodyId, LightId, MaterialId, MediumId};
 
 /// A surface with all that belongs to it.
 #[derive(Clone, Debug)]
@@ -37,6 +37,8 @@ pub struct Shape {
     pub(crate) primitives_per_light: u32,
     /// The media inside and outside, if it is a border of media.
     pub medium_interface: Option<[Option<MediumId>; 2]>,
+    /// The body that it bounds, if its material has a priority.
+    pub(crate) body: Option<BodyId>,
     /// Where it is nothing but a border of media.
     pub(crate) gaps: Gaps,
     /// What its material needs to know of its points.
