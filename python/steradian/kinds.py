@@ -343,6 +343,10 @@ class DiffuseMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -367,6 +371,10 @@ class DiffuseTransmissionMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -389,6 +397,10 @@ class OrenNayarMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -413,6 +425,10 @@ class ConductorMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -437,6 +453,10 @@ class DielectricMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -462,6 +482,10 @@ class ThinDielectricMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -491,6 +515,10 @@ class PlasticMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -535,6 +563,10 @@ class PrincipledMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -586,6 +618,10 @@ class MetallicRoughnessMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -614,6 +650,10 @@ class HairMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -634,6 +674,10 @@ class MeasuredMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -656,6 +700,10 @@ class TwoSidedMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -690,6 +738,10 @@ class CoatedDiffuseMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -726,6 +778,10 @@ class CoatedConductorMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -748,6 +804,10 @@ class MixMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -766,6 +826,10 @@ class InterfaceMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)
@@ -794,6 +858,10 @@ class SubsurfaceMaterial(Described):
     """A tangent-space normal map."""
     opacity: FloatInput | None = None
     """The chance that the surface is there at all, times that of its shape's `alpha`: masks and cut-outs."""
+    priority: int | None = None
+    """Its closed surfaces bound bodies that may overlap: where they do, the one of the highest priority fills the
+    place, whatever else is there, and what has none yields to all that have one. For dielectrics (whose index is
+    then over that of the body outside), subsurface materials and interfaces."""
 
 
 @dataclass(frozen=True)

@@ -46,12 +46,7 @@ impl Scene {
     /// What a ray is in that leaves a surface along `w`; it came to the surface through `before`.
     #[inline]
     #[must_use]
-    pub fn surroundings_after(
-        &self,
-        si: &SurfaceInteraction,
-        w: Dir,
-        before: &Surroundings,
-    ) -> Surroundings {
+    pub fn surroundings_after(&self, si: &SurfaceInteraction, w: Dir, before: &Surroundings) -> Surroundings {
         let shape = self.shape(si.shape);
         let is_outside = si.ng.dot(w) > 0.0;
         match (shape.body, shape.medium_interface) {

@@ -13,7 +13,7 @@ use crate::shapes::{LocalSurface, Shape, ShapeGeometry};
 use crate::surroundings::Bodies;
 use crate::textures::Textures;
 use crate::{
-    Footprint, LightContext, LightId, MediumId, Place, ShapeId, Surroundings, SurfaceInteraction,
+    Footprint, LightContext, LightId, MediumId, Place, ShapeId, SurfaceInteraction, Surroundings,
     TextureContext,
 };
 
@@ -179,9 +179,7 @@ impl Scene {
             let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
                 Gaps::Nowhere => true,
                 Gaps::WhereDisplaced => BODIES_COUNT,
-                Gaps::Somewhere => {
-                    !self.materials.is_interface(&self.textures, &self.interaction(ray, hit))
-                }
+                Gaps::Somewhere => !self.materials.is_interface(&self.textures, &self.interaction(ray, hit)),
                 Gaps::Everywhere => false,
             };
             is_surface && self.is_there(ray, hit)

@@ -242,8 +242,9 @@ fn bodies(shapes: &mut [Shape], materials: &Materials, sink: &mut Sink) -> Bodie
         }
     }
     if without > 0 {
-        sink.error(Span::NONE, format!("{without} shapes have priorities that are one too many"))
-            .hint("give fewer materials a priority: there may be 65535 pairs of such a material and a medium");
+        sink.error(Span::NONE, format!("{without} shapes have priorities that are one too many")).hint(
+            "give fewer materials a priority: there may be 65535 pairs of such a material and a medium",
+        );
     }
     bodies
 }

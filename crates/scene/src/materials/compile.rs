@@ -60,7 +60,12 @@ impl Materials {
 impl Material {
     fn black() -> Self {
         let reflectance = SpectrumHandle::Constant(spectrum::SpectrumValue::ZERO);
-        Self { surface: Surface::Look(Look::Diffuse { reflectance }), relief: Relief::None, constant: None, priority: None }
+        Self {
+            surface: Surface::Look(Look::Diffuse { reflectance }),
+            relief: Relief::None,
+            constant: None,
+            priority: None,
+        }
     }
 }
 
