@@ -267,29 +267,6 @@ impl Compiler<'_, '_> {
         }))
     }
 
-    /// The priority of the body that a material bounds.
-    fn priority(&mut self, desc: &MaterialDesc) -> Option<i32> {
-        let priority = desc.priority?;
-        let bounds = matches!(
-            desc.kind,
-            MaterialKind::Dielectric { .. } | MaterialKind::Interface | MaterialKind::Subsurface { .. }
-        );
-        let problem = if !bounds {
-            "this material bounds no body: its priority is ignored"
-        } else if desc.opacity.is_some() {
-            "a surface with holes bounds no body: its priority is ignored"
-        } else if self.mixed.get(self.interiors.len() - 1).copied().unwrap_or(false) {
-            "a priority counts where the material is a shape's own, not as a part of another"
-        } else {
-            return Some(priority);
-        };
-        self.textures
-            .sink()
-            .warning(desc.span, problem)
-            .hint("dielectrics, subsurface materials and interfaces have priorities");
-        bounds.then_some(priority).filter(|_| desc.opacity.is_none())
-    }
-
     /// What is under a subsurface material's surface.
     fn interior(&mut self, kind: &MaterialKind, span: Span) -> Option<Interior> {
         let MaterialKind::Subsurface { profile, scale, g, eta, .. } = kind else { return None };

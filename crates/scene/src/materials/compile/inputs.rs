@@ -4,7 +4,8 @@ use std::path::Path;
 
 use scatter::microfacet::{Distribution, Masking};
 use scene_desc::{
-    ConductorSpectrum, FloatInput, IndexOfRefraction, Roughness, Span, SpectrumDesc, SpectrumInput, Tint,
+    ConductorSpectrum, FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, Span,
+    SpectrumDesc, SpectrumInput, Tint,
 };
 use spectrum::ColorMode;
 
@@ -16,6 +17,29 @@ use super::{CoatParts, Compiler};
 use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, spectral_curve};
 
 impl Compiler<'_, '_> {
+    /// The priority of the body that a material bounds.
+    pub(super) fn priority(&mut self, desc: &MaterialDesc) -> Option<i32> {
+        let priority = desc.priority?;
+        let bounds = matches!(
+            desc.kind,
+            MaterialKind::Dielectric { .. } | MaterialKind::Interface | MaterialKind::Subsurface { .. }
+        );
+        let problem = if !bounds {
+            "this material bounds no body: its priority is ignored"
+        } else if desc.opacity.is_some() {
+            "a surface with holes bounds no body: its priority is ignored"
+        } else if self.mixed.get(self.interiors.len() - 1).copied().unwrap_or(false) {
+            "a priority counts where the material is a shape's own, not as a part of another"
+        } else {
+            return Some(priority);
+        };
+        self.textures
+            .sink()
+            .warning(desc.span, problem)
+            .hint("dielectrics, subsurface materials and interfaces have priorities");
+        bounds.then_some(priority).filter(|_| desc.opacity.is_none())
+    }
+
     pub(super) fn albedo(&mut self, input: &SpectrumInput, span: Span) -> SpectrumHandle {
         self.textures.spectrum(input, SpectrumRole::Albedo, span)
     }
