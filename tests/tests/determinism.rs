@@ -39,7 +39,7 @@ fn ways_for(scene: &Scene) -> Vec<Way<'static>> {
 
 #[test]
 fn the_same_bits_on_one_two_and_three_threads() {
-    for name in ["large-lamp.pbrt", "rough-glass.pbrt", "smoke.pbrt"] {
+    for name in ["large-lamp.pbrt", "rough-glass.pbrt", "smoke.pbrt", "instanced-lamps.pbrt"] {
         let scene = scene(name, None);
         for way in ways_for(&scene) {
             let one = bytes(way.render(&scene, 0..3, 1, 1).0.film());

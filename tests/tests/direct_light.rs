@@ -97,6 +97,51 @@ fn every_lamp_by_every_way() {
     family.finish();
 }
 
+/// Lamps that move, are repeated, or are strands. E of the moving disk is the mean over its way; of a thin strand, w long by
+/// its width, `w (a / (h² + a²) + atan(a / h) / h)`.
+#[test]
+fn lamps_in_motion_in_groups_and_on_strands() {
+    let n = 2000;
+    let way = (0..n).map(|i| disk_irradiance(-0.5 + 2.0 * (f64::from(i) + 0.5) / f64::from(n)));
+    let moving = format!(
+        "ActiveTransform StartTime Translate -0.5 0 1\nActiveTransform EndTime Translate 1.5 0 1\nActiveTransform All\n\
+         {LAMP}Shape \"disk\" \"float radius\" [1]"
+    );
+    let turning = format!(
+        "ActiveTransform EndTime Rotate 90 0 0 1\nActiveTransform All Translate 0.3 0.4 1\n{LAMP}Shape \"disk\""
+    );
+    let group = format!(
+        "ObjectBegin \"a\"\n{LAMP}Translate 0.5 0 1 Shape \"disk\" \"float radius\" [1]\nObjectEnd\n\
+         ObjectInstance \"a\"\nRotate 180 0 0 1 Translate 1.5 0 0 ObjectInstance \"a\""
+    );
+    let strand = |kind: &str| {
+        format!(
+            "{LAMP}Shape \"curve\" \"string type\" \"{kind}\" \"float width\" [0.04] \"normal N\" [0 0 1 0 0 1] \
+             \"point3 P\" [-1 0 1  -0.333 0 1  0.333 0 1  1 0 1]"
+        )
+    };
+    let line = 0.04 * (0.5 + FRAC_PI_4);
+    // A tube of nine sides is not equally wide from everywhere.
+    let lamps = [
+        ("a disk that passes by", moving, way.sum::<f64>() / f64::from(n), 0.0),
+        ("a disk that turns about the point", turning, disk_irradiance(0.5), 0.0),
+        ("a disk twice", group, disk_irradiance(0.5) + disk_irradiance(2.0), 0.0),
+        ("a ribbon", strand("ribbon"), line, 1e-3),
+        ("a flat strand", strand("flat"), line, 0.011),
+        ("a round strand", strand("cylinder"), line, 0.011),
+    ];
+    let mut family = Family::default();
+    for (i, (name, world, e, uncertainty)) in lamps.into_iter().enumerate() {
+        let scene = Eye::on_floor(128).scene(&(FLOOR.to_owned() + &world));
+        for (j, way) in WAYS.iter().enumerate() {
+            let found = way.moments(&scene, (3000 + 100 * i + j) as u64);
+            let truth = 0.5 * e / PI;
+            family.mean_within(format!("{name}, {}", way.name()), &found, truth, uncertainty * truth + 1e-6);
+        }
+    }
+    family.finish();
+}
+
 /// Delta lights: I cos / d², L cos; also where directions are drawn by other densities.
 #[test]
 fn delta_lights_by_every_way() {

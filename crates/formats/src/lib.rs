@@ -13,6 +13,7 @@
 //! [`scene_desc::Sink`], as many as it can find in one go, and gives no scene if one of them is an error.
 
 mod apertures;
+mod equal_area;
 mod gltf;
 mod load;
 mod mesh;

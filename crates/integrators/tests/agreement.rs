@@ -8,8 +8,8 @@ mod common;
 use common::{Estimate, Findings, estimate, scene};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 21 renders of scenes, 15 pairs at most, 9 tiles, 3 colours.
-const FAMILY: usize = 21 * 15 * 9 * 3;
+/// Tests in the family: 24 renders of scenes, 28 pairs at most, 9 tiles, 3 colours.
+const FAMILY: usize = 24 * 28 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -100,6 +100,29 @@ fn on_a_lens_and_motion() {
 #[test]
 fn on_instances_cut_outs_and_borders() {
     all_agree("instances", false, &methods());
+}
+
+/// With two more methods: walks that meet lamps by chance alone, and paths whose light ends meet merged ones.
+fn methods_for_lamps() -> Vec<Method> {
+    let by_chance = Method { set: &["max_depth=4", "shadow_rays=false"], ..method("path", 24) };
+    let merging =
+        Method { set: &["max_depth=4", "photons=3000", "radius_pixels=0.33", "alpha=1"], ..method("vcm", 2) };
+    methods().into_iter().chain([by_chance, merging]).collect()
+}
+
+#[test]
+fn on_lamps_that_move() {
+    all_agree("moving-lamps", false, &methods_for_lamps());
+}
+
+#[test]
+fn on_lamps_of_a_group_that_is_repeated() {
+    all_agree("instanced-lamps", false, &methods_for_lamps());
+}
+
+#[test]
+fn on_strands_that_emit() {
+    all_agree("glowing-strands", false, &methods_for_lamps());
 }
 
 #[test]

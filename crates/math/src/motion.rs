@@ -71,6 +71,14 @@ impl AnimatedTransform {
         self.times
     }
 
+    /// The angle in radians by which it turns between the keys: at every moment, directions are within half of it from where
+    /// they are halfway.
+    #[must_use]
+    pub fn turning_angle(&self) -> f32 {
+        let Some([a, b]) = &self.parts else { return 0.0 };
+        (2.0 * libm::acos(a.r.dot(b.r).clamp(-1.0, 1.0))) as f32
+    }
+
     /// The transform at `time`.
     #[must_use]
     pub fn at(&self, time: f32) -> Transform {
@@ -111,6 +119,16 @@ impl AnimatedTransform {
         }
         let margin = glam::Vec3::splat(step * 0.25);
         Bounds { min: all.min - margin, max: all.max + margin }
+    }
+}
+
+/// A motion within another, seen from outside; exact unless both move and turn.
+impl std::ops::Mul for AnimatedTransform {
+    type Output = Self;
+    fn mul(self, inner: Self) -> Self {
+        let times = if self.is_animated() { self.times } else { inner.times };
+        let at = |t: f32| self.at(t) * inner.at(t);
+        Self::new(at(times[0]), at(times[1]), times)
     }
 }
 
@@ -155,5 +173,6 @@ mod tests {
         let a = AnimatedTransform::new(Transform::IDENTITY, end, [0.0, 1.0]);
         let p = a.at(0.5).point(Point::new(1.0, 0.0, 0.0));
         assert!(p.distance(Point::new(0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0)) < 1e-6);
+        assert!((a.turning_angle() - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
     }
 }

@@ -237,8 +237,7 @@ impl Scene {
             let found = || self.lights.position(light).and_then(|p| self.medium_at(p, Dir::Z));
             media[light.index()] = [medium.or_else(found); 2];
         }
-        for shape in &self.shapes {
-            let Some(first) = shape.first_light else { continue };
+        for (shape, first) in self.emitting_shapes() {
             let n = shape.geometry.primitives() as u32 / shape.primitives_per_light.max(1);
             for light in (first.0..first.0 + n).map(LightId) {
                 let found = |side: f32| {

@@ -1,7 +1,7 @@
 //! A linear map in single precision with its inverse: what cameras, lights and analytic emitters need of a
 //! transform on a path.
 
-use math::{DMat4, DVec3, Dir, Point, Transform, Vec3};
+use math::{DMat4, DVec3, Dir, Point, Transform, Vec3, error_bound::gamma};
 
 /// The linear part of an affine transform. Columns are the images of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +19,9 @@ pub(crate) struct AffineMap {
 }
 
 impl LinearMap {
-    /// The linear part of `t`; `None` unless `t` is affine and finite both ways.
-    pub(crate) fn of(t: &Transform) -> Option<Self> {
-        let ok = t.is_affine() && t.matrix().is_finite() && t.inverse_matrix().is_finite();
+    /// The linear part of a transform that is affine, perhaps but for rounding; `None` unless it is finite both ways.
+    fn of_affine(t: &Transform) -> Option<Self> {
+        let ok = t.matrix().is_finite() && t.inverse_matrix().is_finite();
         let (columns, inverse) = (columns(&t.matrix()), columns(&t.inverse_matrix()));
         ok.then(|| Self {
             columns: columns.map(|c| c.as_vec3()),
@@ -85,7 +85,23 @@ impl AffineMap {
 
     /// `None` unless `t` is affine and finite both ways.
     pub(crate) fn of(t: &Transform) -> Option<Self> {
-        LinearMap::of(t).map(|linear| Self { linear, origin: t.matrix().w_axis.truncate().as_vec3() })
+        if t.is_affine() { Self::of_affine(t) } else { None }
+    }
+
+    /// Of a transform that is affine, but perhaps for rounding: a product with an inverse.
+    pub(crate) fn of_affine(t: &Transform) -> Option<Self> {
+        let origin = t.matrix().w_axis.truncate().as_vec3();
+        LinearMap::of_affine(t).map(|linear| Self { linear, origin })
+    }
+
+    /// Maps a point that lies in a box of half-size `error`; gives the box around its image too.
+    pub(crate) fn point_with_error(&self, p: Vec3, error: Vec3) -> (Point, Vec3) {
+        let by_size = |v: Vec3| {
+            let c = self.linear.columns;
+            c[0].abs() * v.x + c[1].abs() * v.y + c[2].abs() * v.z
+        };
+        let rounding = (self.origin.abs() + by_size(p.abs())) * gamma(5);
+        (self.point(p), by_size(error) * 1.000_001 + rounding)
     }
 
     #[inline]
@@ -116,7 +132,7 @@ mod tests {
     #[test]
     fn areas_and_solid_angles_follow_the_map() {
         let t = Transform::scale(DVec3::new(2.0, 3.0, 0.5)).unwrap();
-        let m = LinearMap::of(&t).unwrap();
+        let m = LinearMap::of_affine(&t).unwrap();
         assert!((m.area_ratio(Vec3::Z) - 6.0).abs() < 1e-5 && (m.area_ratio(Vec3::X) - 1.5).abs() < 1e-5);
         assert!(m.uniform_scale().is_none());
         // A small square about +x: its solid angle before and after.

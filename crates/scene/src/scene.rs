@@ -27,6 +27,8 @@ pub struct Scene {
     /// Shapes of the world start at 0; those of object `k` at `object_base[k]`.
     pub(crate) object_base: Vec<u32>,
     pub(crate) instances: Vec<accel::Instance>,
+    /// The first light of each instance.
+    pub(crate) instance_lights: Vec<u32>,
     /// Must shadow rays look at what they hit (cut-outs, borders of media)?
     pub(crate) shadow_filter: bool,
     /// Must nearest hits be looked at (cut-outs)?
@@ -230,7 +232,7 @@ impl Scene {
             primitive: hit.primitive,
             at: [hit.u, hit.v],
             material: shape.material,
-            light: shape.first_light.map(|l| LightId(l.0 + hit.primitive / shape.primitives_per_light)),
+            light: shape.first_light.map(|l| self.light_of(hit, shape, l)),
         }
     }
 
@@ -295,6 +297,28 @@ impl Scene {
         let local_ray = Ray { dir: object_from_world.dir(ray.dir), ..*ray };
         let p = object_from_world.point(p);
         shape.geometry.at(hit, &local_ray, p, shape.detail).transformed(&world_from_object)
+    }
+
+    /// The light of a hit on a shape that emits, whose first light is `first` of the world's or of its instance's.
+    fn light_of(&self, hit: &Hit, shape: &Shape, first: LightId) -> LightId {
+        let base = match hit.instance {
+            NO_INSTANCE => 0,
+            i => self.instance_lights[i as usize],
+        };
+        LightId(base + first.0 + hit.primitive / shape.primitives_per_light)
+    }
+
+    /// Every shape that emits, with its first light, once for each place where it stands.
+    pub(crate) fn emitting_shapes(&self) -> impl Iterator<Item = (&Shape, LightId)> {
+        let base_of = |object: usize| self.object_base.get(object).map_or(self.shapes.len(), |b| *b as usize);
+        let in_world = (&self.shapes[..base_of(0)], 0);
+        let placed = self.instances.iter().zip(&self.instance_lights).map(move |(instance, first)| {
+            let object = instance.object as usize;
+            (&self.shapes[base_of(object)..base_of(object + 1)], *first)
+        });
+        std::iter::once(in_world).chain(placed).flat_map(|(shapes, first)| {
+            shapes.iter().filter_map(move |s| s.first_light.map(|l| (s, LightId(first + l.0))))
+        })
     }
 
     #[inline]

@@ -64,7 +64,10 @@ fn lights(n: u64, sky: bool) -> Lights {
         };
         let geometry =
             EmitterGeometry::Mesh { positions: &positions, normals: &[], uvs: &[], indices: &[[0, 1, 2]] };
-        builder.add_emitter(&EmitterSource { geometry, flip: false, visible: true, desc: &desc }, &mut sink);
+        builder.add_emitter(
+            &EmitterSource { geometry, flip: false, visible: true, motion: None, desc: &desc },
+            &mut sink,
+        );
     }
     assert!(sink.diagnostics().is_empty());
     builder.finish(Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) })

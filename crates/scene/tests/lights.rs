@@ -64,7 +64,8 @@ fn only_light(kind: LightKind, t: Transform) -> Lights {
 fn only_emitter(geometry: EmitterGeometry<'_>, flip: bool, desc: &AreaLightDesc) -> Lights {
     let mut sink = Sink::default();
     let mut builder = LightsBuilder::new(RGB, &picture);
-    let first = builder.add_emitter(&EmitterSource { geometry, flip, visible: true, desc }, &mut sink);
+    let first =
+        builder.add_emitter(&EmitterSource { geometry, flip, visible: true, motion: None, desc }, &mut sink);
     assert_eq!(first, Some(LightId(0)), "{:?}", sink.diagnostics());
     builder.finish(world())
 }
@@ -288,7 +289,7 @@ fn an_emitted_rays_densities_are_those_of_the_ray() {
             else {
                 continue;
             };
-            let (position, direction) = lights.emission_pdf(FIRST, s.p, s.n, s.ray.dir);
+            let (position, direction) = lights.emission_pdf(FIRST, s.p, s.n, s.ray.dir, 0.0);
             assert_eq!(position.is_none(), s.is_delta_position(), "{name}");
             assert_eq!(direction.is_none(), s.is_delta_direction(), "{name}");
             if let (Some(a), Some(b)) = (position, s.pdf_position) {
@@ -670,7 +671,7 @@ fn emitted_directions_follow_their_density() {
             },
             |w| {
                 let dir = frame.to_world(math::LocalDir(DVec3::from_array(w).as_vec3()));
-                f64::from(lights.emission_pdf(FIRST, first.p, first.n, dir).1.unwrap().value())
+                f64::from(lights.emission_pdf(FIRST, first.p, first.n, dir, 0.0).1.unwrap().value())
             },
         )
         .unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -702,7 +703,7 @@ fn a_projectors_directions_follow_its_slide() {
         };
         let pdf = |x: f64, y: f64| {
             let w = world(x, y);
-            let pdf = lights.emission_pdf(FIRST, Point::default(), None, Dir(w.as_vec3())).1.unwrap();
+            let pdf = lights.emission_pdf(FIRST, Point::default(), None, Dir(w.as_vec3()), 0.0).1.unwrap();
             let h = 1e-4;
             let (dx, dy) = (world(x + h, y) - world(x - h, y), world(x, y + h) - world(x, y - h));
             f64::from(pdf.value()) * dx.cross(dy).length() / (4.0 * h * h)
@@ -930,8 +931,10 @@ fn an_invisible_lamp_shines_like_a_visible_one() {
     let mesh = EmitterGeometry::Mesh { positions: &CORNERS, normals: &[], uvs: &[], indices: &[[0, 1, 2]] };
     let mut sink = Sink::default();
     let mut builder = LightsBuilder::new(RGB, &picture);
-    builder
-        .add_emitter(&EmitterSource { geometry: mesh, flip: false, visible: false, desc: &desc }, &mut sink);
+    builder.add_emitter(
+        &EmitterSource { geometry: mesh, flip: false, visible: false, motion: None, desc: &desc },
+        &mut sink,
+    );
     let hidden = builder.finish(world());
     let shown = only_emitter(mesh, false, &desc);
     assert!(hidden.is_delta(FIRST) && !shown.is_delta(FIRST));
@@ -976,12 +979,14 @@ fn what_cannot_shine_is_said() {
         indices: &[[0, 0, 1], [0, 1, 2]],
     };
     let desc = area_desc(false);
-    let first =
-        builder.add_emitter(&EmitterSource { geometry, flip: false, visible: true, desc: &desc }, &mut sink);
+    let first = builder.add_emitter(
+        &EmitterSource { geometry, flip: false, visible: true, motion: None, desc: &desc },
+        &mut sink,
+    );
     assert_eq!(first, Some(LightId(1)));
     let lights = builder.finish(world());
     assert_eq!((lights.power(black), lights.power(LightId(1))), (0.0, 0.0));
     assert!(lights.sample(LightId(1), &at(Point::new(0.0, 0.0, 1.0)), [0.5; 2], &L).is_none());
     assert!((lights.power(LightId(2)) - 0.5 * PI).abs() < 1e-5);
-    assert!(lights.emission_pdf(LightId(1), Point::default(), None, Dir::Z).1.is_some());
+    assert!(lights.emission_pdf(LightId(1), Point::default(), None, Dir::Z, 0.0).1.is_some());
 }

@@ -98,7 +98,8 @@ impl Build<'_, '_, '_> {
         if !self.has_camera {
             self.default_camera();
         }
-        let glows = self.scene.shapes.iter().any(|s| s.area_light.is_some());
+        let in_objects = self.scene.objects.iter().flat_map(|o| &o.shapes);
+        let glows = self.scene.shapes.iter().chain(in_objects).any(|s| s.area_light.is_some());
         if !glows && self.scene.lights.is_empty() {
             self.default_lights();
         }
@@ -147,8 +148,7 @@ impl Build<'_, '_, '_> {
     fn mesh(&mut self, node: &Node, index: usize, world: &DMat4) -> Result<(), String> {
         let mesh = self.file.root.meshes.get(index).ok_or("there is none of this number")?;
         // A mesh that others show as well is kept once, if nothing of it depends on its place.
-        let glows = mesh.primitives.iter().any(|p| self.look_of(p).area_light.is_some());
-        let repeats = self.uses[index] > 1 && !glows && node.skin.is_none() && node.weights.is_empty();
+        let repeats = self.uses[index] > 1 && node.skin.is_none() && node.weights.is_empty();
         if !repeats {
             let joints = node.skin.map(|s| self.joints(s)).transpose()?;
             // Joints alone say where a skin is.

@@ -194,15 +194,24 @@ impl<'t> Build<'t, '_, '_> {
         FieldOfView { degrees: degrees as f32, axis: FovAxis::Diagonal }
     }
 
+    /// Names what a spectral film would have that ours has not.
+    fn spectral_bands(&mut self, node: &'t Node) {
+        let of_objects = self.children(node).into_iter().filter(|(_, c, _)| c.class != Class::Filter);
+        let mut names: Vec<_> = of_objects.map(|(p, ..)| p.name.as_str()).collect();
+        let is_curve = |p: &&Prop| matches!(p.value, Value::Spectrum(_));
+        names.extend(node.props.iter().filter(is_curve).map(|p| p.name.as_str()));
+        self.report
+            .warning(node.span, format!("the bands of film \"specfilm\" are not recorded: {}", names.join(", ")))
+            .hint("the picture has R, G and B as the CIE observer sees them, as \"hdrfilm\" would; nothing else differs");
+        node.accept_all();
+    }
+
     fn film(&mut self, node: &'t Node) {
         if !matches!(node.kind.as_str(), "hdrfilm" | "ldrfilm" | "specfilm" | "mfilm" | "tiledhdrfilm") {
             self.unknown(node, &["hdrfilm", "specfilm", "ldrfilm"]);
         }
         if node.kind == "specfilm" {
-            self.report
-                .warning(node.span, "film \"specfilm\" is not supported")
-                .hint("the picture is in colour");
-            node.accept_all();
+            self.spectral_bands(node);
         }
         let size = [("width", 768), ("height", 576)].map(|(n, d)| self.count(node, n, d, 1..=1 << 16));
         let mut crop = None;
@@ -231,6 +240,7 @@ impl<'t> Build<'t, '_, '_> {
         for (_, child, _) in self.children(node) {
             match child.class {
                 Class::Filter => self.filter(child),
+                _ if node.kind == "specfilm" => {}
                 _ => self.misplaced(child, node),
             }
         }

@@ -125,14 +125,10 @@ impl<'t> Build<'t, '_, '_> {
     }
 
     fn add_form(&mut self, node: &'t Node, shapes: &mut Vec<ShapeDesc>) {
-        let mut world_from_object = self.animated(node, "to_world");
+        let world_from_object = self.animated(node, "to_world");
         let flip = self.boolean(node, "flip_normals", false);
         let forms = self.forms(node, &world_from_object);
         let attached = self.attached(node);
-        if attached.light.is_some() && world_from_object.is_animated() {
-            self.report.warning(node.span, "a shape that emits cannot move").hint("its first key is used");
-            world_from_object = AnimatedTransform::fixed(world_from_object.start());
-        }
         self.unused(node);
         for form in forms.unwrap_or_default() {
             shapes.push(ShapeDesc {

@@ -2,12 +2,14 @@
 
 use math::Vec3;
 use scene_desc::{
-    AreaLightDesc, ImageEncoding, LightDesc, LightKind, Span, SphericalMapping, SpotFalloff, Throw,
+    AreaLightDesc, ColorSpaceName, ImageDesc, ImageEncoding, ImageId, LightDesc, LightKind, Span,
+    SphericalMapping, SpotFalloff, Throw,
 };
 
 use super::build::Build;
 use super::params::{Params, Type};
 use super::state::{Entity, PlacedEntity};
+use crate::equal_area::equal_area;
 use crate::{source, suggest};
 
 const NAMES: [&str; 6] = ["distant", "goniometric", "infinite", "point", "projection", "spot"];
@@ -46,9 +48,13 @@ impl Build<'_, '_> {
                         .warning(entity.span, "light \"goniometric\" has no \"filename\"")
                         .hint("it shines alike in all directions");
                 }
+                let mut image = self.image_param(p, "filename", ImageEncoding::Auto);
+                if self.is_old {
+                    image = image.and_then(|id| self.equal_area_of(id, entity.span));
+                }
                 LightKind::Goniometric {
                     intensity: self.illuminant(p, "I"),
-                    image: self.image_param(p, "filename", ImageEncoding::Auto),
+                    image,
                     power: self.positive(p, "power"),
                 }
             }
@@ -59,6 +65,31 @@ impl Build<'_, '_> {
                 return self.refuse(entity.span, message, suggest::hint(name, &NAMES));
             }
         })
+    }
+
+    /// pbrt-v3's map of longitude and latitude as pbrt-v4's of equal areas: both have "up" along the light's y axis.
+    fn equal_area_of(&mut self, id: ImageId, span: Span) -> Option<ImageId> {
+        let path = self.scene.images[id.index()].path.clone();
+        let map = image::load(&path).and_then(|source| {
+            let map = equal_area(&source, SphericalMapping::EquiRectangular)?;
+            image::encode(&map, image::Format::Pfm, &image::SaveOptions::default())
+        });
+        let bytes = match map {
+            Ok(bytes) => bytes,
+            Err(e) => {
+                return self.refuse(span, format!("image {}: {e}", path.display()), "it is the light's map");
+            }
+        };
+        let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        self.scene.images.push(ImageDesc {
+            path: format!("{name}-equal-area.pfm").into(),
+            encoding: ImageEncoding::Linear,
+            space: ColorSpaceName::Srgb,
+            channel: None,
+            embedded: Some(bytes.into()),
+            span,
+        });
+        Some(ImageId(u32::try_from(self.scene.images.len() - 1).unwrap_or(u32::MAX)))
     }
 
     /// An extension of ours: a photometric file where pbrt takes an image.

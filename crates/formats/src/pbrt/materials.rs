@@ -72,7 +72,7 @@ impl Build<'_, '_> {
             .collect()
     }
 
-    fn add_material(&mut self, desc: MaterialDesc) -> MaterialId {
+    pub(super) fn add_material(&mut self, desc: MaterialDesc) -> MaterialId {
         self.scene.materials.push(desc);
         MaterialId(u32::try_from(self.scene.materials.len() - 1).unwrap_or(u32::MAX))
     }

@@ -19,6 +19,7 @@ mod state;
 
 mod build;
 mod camera;
+mod color_means;
 mod curves;
 mod film;
 mod integrator;

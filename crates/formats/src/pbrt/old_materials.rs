@@ -3,18 +3,19 @@
 //! | pbrt-v3               | here                                                                                     |
 //! |-----------------------|------------------------------------------------------------------------------------------|
 //! | matte                 | Lambert, or Oren–Nayar where `sigma` is given                                             |
-//! | plastic, substrate, uber | a dielectric coat over Lambert, as pbrt-v4's own upgrade has it; without `Ks`, Lambert  |
+//! | plastic, substrate    | a dielectric coat over Lambert, as pbrt-v4's own upgrade has it; without `Ks`, Lambert    |
+//! | uber                  | the same, mixed with smooth glass of the colours `Kr` and `Kt` where they are given       |
 //! | metal, mirror         | a conductor                                                                               |
 //! | glass                 | a dielectric with the factors `Kr` and `Kt`                                               |
-//! | translucent           | Lambert to both sides, without its gloss                                                  |
+//! | translucent           | Lambert to both sides, mixed with rough glass for `Ks`                                    |
 //! | disney                | Disney's principled surface                                                               |
 //! | kdsubsurface          | subsurface by reflectance and mean free path                                              |
 //! | fourier               | grey, with a warning                                                                      |
 
 use scene_desc::{
-    ConductorSpectrum, FloatInput, IndexOfRefraction, MaterialKind, PrincipledDesc, Roughness, SpectrumDesc,
-    SpectrumInput, SubsurfaceProfile, TextureDesc, TextureId, TextureInput, TextureKind, TextureNode,
-    ThinSheet, Tint,
+    ConductorSpectrum, FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, PrincipledDesc, Roughness,
+    SpectrumDesc, SpectrumInput, SubsurfaceProfile, TextureDesc, TextureId, TextureInput, TextureKind,
+    TextureNode, ThinSheet, Tint,
 };
 
 use super::build::Build;
@@ -47,12 +48,11 @@ impl Build<'_, '_> {
         let p = &entity.params;
         Some(match entity.kind.as_str() {
             "matte" => self.matte(p),
-            "plastic" => self.coat(p, ["Kd", "Ks"], 0.25),
-            "substrate" => self.coat(p, ["Kd", "Ks"], 0.5),
-            "uber" => {
-                self.drop_of_uber(entity);
-                self.coat(p, ["Kd", "Ks"], 0.25)
+            "plastic" | "substrate" => {
+                let reflectance = self.albedo(p, "Kd", if entity.kind == "plastic" { 0.25 } else { 0.5 });
+                self.coat(p, reflectance)
             }
+            "uber" => self.uber(entity),
             "metal" => MaterialKind::Conductor {
                 spectrum: self.conductor(p, "eta", "k"),
                 roughness: self.old_roughness(p, 0.01),
@@ -71,17 +71,7 @@ impl Build<'_, '_> {
                     tint: Tint { reflectance: self.tint(p, "Kr"), transmittance: self.tint(p, "Kt") },
                 }
             }
-            "translucent" => {
-                p.accept(&[("Ks", Type::Rgb), ("Ks", Type::Texture), ("Ks", Type::Spectrum)]);
-                p.accept(&[("roughness", Type::Float), ("remaproughness", Type::Bool)]);
-                let color = self.albedo(p, "Kd", 0.25);
-                let (r, t) = (self.albedo(p, "reflect", 0.5), self.albedo(p, "transmit", 0.5));
-                MaterialKind::DiffuseTransmission {
-                    reflectance: self.times(color.clone(), r, entity),
-                    transmittance: self.times(color, t, entity),
-                    scale: 1.0,
-                }
-            }
+            "translucent" => self.translucent(entity),
             "disney" => self.disney(entity),
             "kdsubsurface" => MaterialKind::Subsurface {
                 profile: SubsurfaceProfile::Reflectance {
@@ -93,7 +83,7 @@ impl Build<'_, '_> {
                 },
                 scale: p.float("scale", 1.0, self.report),
                 g: p.float("g", 0.0, self.report),
-                eta: p.float("eta", 1.3, self.report),
+                eta: p.float("eta", 1.33, self.report),
                 roughness: self.old_roughness(p, 0.0),
             },
             "fourier" => {
@@ -117,9 +107,8 @@ impl Build<'_, '_> {
     }
 
     /// A coat, unless its reflection is black.
-    fn coat(&mut self, p: &Params, [base, gloss]: [&'static str; 2], default: f32) -> MaterialKind {
-        let reflectance = self.albedo(p, base, default);
-        let is_matte = self.spectrum_input(p, gloss, Role::Albedo).is_some_and(|s| is_black(&s));
+    fn coat(&mut self, p: &Params, reflectance: SpectrumInput) -> MaterialKind {
+        let is_matte = self.spectrum_input(p, "Ks", Role::Albedo).is_some_and(|s| is_black(&s));
         let roughness = self.old_roughness(p, 0.1);
         let index = if p.span_of("index").is_some() { "index" } else { "eta" };
         let eta = self.ior(p, index, 1.5);
@@ -138,17 +127,70 @@ impl Build<'_, '_> {
         }
     }
 
-    /// What `uber` has beside its coat.
-    fn drop_of_uber(&mut self, entity: &Entity) {
+    /// pbrt-v3 adds lobes: `Kd` and a gloss, and smooth glass times `Kr` and `Kt`. Of a mixture each part has its share of the
+    /// chance and is as much brighter, so that the sum is the same.
+    fn uber(&mut self, entity: &Entity) -> MaterialKind {
         let p = &entity.params;
-        for name in ["Kr", "Kt"] {
-            if self.spectrum_input(p, name, Role::Albedo).is_some_and(|s| !is_black(&s)) {
-                let at = p.span_of(name).unwrap_or(entity.span);
-                self.report
-                    .warning(at, format!("\"{name}\" of material \"uber\" is not supported"))
-                    .hint("its base and its coat are shown without it");
-            }
+        let base = self.albedo(p, "Kd", 0.25);
+        let glass = ["Kr", "Kt"].map(|name| self.spectrum_input(p, name, Role::Albedo));
+        let size = glass.iter().flatten().map(largest).fold(0.0, f32::max);
+        if size <= 0.0 {
+            return self.coat(p, base);
         }
+        // Colours that give back more than they get are taken in proportion.
+        let share = size / (size + largest(&base)).max(1.0);
+        let [kr, kt] = glass.map(|color| match color {
+            Some(color) => self.scaled(color, 1.0 / share, entity),
+            None => SpectrumDesc::Constant(0.0).into(),
+        });
+        let index = if p.span_of("index").is_some() { "index" } else { "eta" };
+        let eta = self.ior(p, index, 1.5);
+        let tint = Tint { reflectance: Some(kr), transmittance: Some(kt) };
+        let glass = MaterialKind::Dielectric { eta, roughness: Roughness::smooth(), tint };
+        let base = if share < 1.0 { self.scaled(base, 1.0 / (1.0 - share), entity) } else { base };
+        let coat = self.coat(p, base);
+        if share >= 1.0 {
+            return glass;
+        }
+        self.mixture(entity, [coat, glass], share)
+    }
+
+    /// Lambert to both sides, and rough glass of index 1.5 for the gloss: see [`Build::uber`].
+    fn translucent(&mut self, entity: &Entity) -> MaterialKind {
+        let p = &entity.params;
+        let (color, gloss) = (self.albedo(p, "Kd", 0.25), self.albedo(p, "Ks", 0.25));
+        let [r, t] = [self.albedo(p, "reflect", 0.5), self.albedo(p, "transmit", 0.5)];
+        let roughness = self.old_roughness(p, 0.1);
+        let size = largest(&gloss);
+        let share = size / (size + largest(&color)).max(1.0);
+        let both = [r, t].map(|side| {
+            let [color, gloss] = [&color, &gloss].map(|c| self.times(c.clone(), side.clone(), entity));
+            (color, gloss)
+        });
+        let [(reflectance, kr), (transmittance, kt)] = both;
+        let [kr, kt] = [kr, kt].map(|c| self.scaled(c, 1.0 / share.max(f32::MIN_POSITIVE), entity));
+        let tint = Tint { reflectance: Some(kr), transmittance: Some(kt) };
+        let glass = MaterialKind::Dielectric { eta: IndexOfRefraction::Constant(1.5), roughness, tint };
+        if share >= 1.0 {
+            return glass;
+        }
+        let scale = 1.0 / (1.0 - share);
+        let sheet = MaterialKind::DiffuseTransmission { reflectance, transmittance, scale };
+        if share <= 0.0 { sheet } else { self.mixture(entity, [sheet, glass], share) }
+    }
+
+    /// Two parts with the entity's bumps; `share` is the second's.
+    fn mixture(&mut self, entity: &Entity, parts: [MaterialKind; 2], share: f32) -> MaterialKind {
+        let bumps = self.float_input(&entity.params, "bumpmap");
+        let materials = parts.map(|kind| {
+            let desc = MaterialDesc { displacement: bumps.clone(), ..MaterialDesc::new(kind, entity.span) };
+            self.add_material(desc)
+        });
+        MaterialKind::Mix { materials, amount: share.into() }
+    }
+
+    fn scaled(&mut self, s: SpectrumInput, factor: f32, entity: &Entity) -> SpectrumInput {
+        self.times(s, SpectrumDesc::Constant(factor).into(), entity)
     }
 
     /// The chance that a surface of `uber` is there.
@@ -159,9 +201,7 @@ impl Build<'_, '_> {
         let p = &entity.params;
         let param = p.find("opacity", &[Type::Rgb, Type::Float, Type::Spectrum, Type::Texture])?;
         if param.ty == Type::Texture {
-            // A texture of colours cannot say it.
-            let name = param.strings().first()?;
-            return self.float_textures.get(name).copied().map(FloatInput::Texture);
+            return self.numbers_of(param.strings().first()?, param.span);
         }
         let values = param.floats();
         let mean = values.iter().sum::<f32>() / values.len().max(1) as f32;
@@ -194,6 +234,12 @@ impl Build<'_, '_> {
     }
 
     fn times(&mut self, a: SpectrumInput, b: SpectrumInput, entity: &Entity) -> SpectrumInput {
+        if let (SpectrumInput::Constant(SpectrumDesc::Constant(a)), other)
+        | (other, SpectrumInput::Constant(SpectrumDesc::Constant(a))) = (&a, &b)
+            && let Some(product) = by_number(other, *a)
+        {
+            return product;
+        }
         let operand = |s: SpectrumInput| match s {
             SpectrumInput::Constant(desc) => TextureInput::Spectrum(desc),
             SpectrumInput::Texture(id) => TextureInput::Texture(id),
@@ -217,15 +263,20 @@ impl Build<'_, '_> {
             Some(FloatInput::Constant(eta)) => eta,
             Some(FloatInput::Texture(_)) | None => 1.5,
         };
+        // pbrt-v3 flattens sheets alone, and tints the gloss only as far as it is a metal's.
+        let metallic = self.number(p, "metallic", 0.0);
         let flatness = self.number(p, "flatness", 0.0);
+        let flatness = if is_thin { flatness } else { 0.0.into() };
+        let tint = self.number(p, "speculartint", 0.0);
+        let spec_tint = if metallic == FloatInput::Constant(0.0) { 0.0.into() } else { tint };
         let diff_trans = self.number(p, "difftrans", 1.0);
         MaterialKind::Principled(Box::new(PrincipledDesc {
             base_color: self.albedo(p, "color", 0.5),
-            metallic: self.number(p, "metallic", 0.0),
+            metallic,
             roughness: self.number(p, "roughness", 0.5),
             anisotropic: self.number(p, "anisotropic", 0.0),
             eta: IndexOfRefraction::Constant(eta),
-            spec_tint: self.number(p, "speculartint", 0.0),
+            spec_tint,
             spec_trans: self.number(p, "spectrans", 0.0),
             sheen: self.number(p, "sheen", 0.0),
             sheen_tint: self.number(p, "sheentint", 0.5),
@@ -256,8 +307,8 @@ impl Build<'_, '_> {
         let param = p.find("amount", &[Type::Rgb, Type::Float, Type::Spectrum, Type::Texture]);
         let amount = match param {
             Some(param) if param.ty == Type::Texture => {
-                let id = param.strings().first().and_then(|n| self.float_textures.get(n).copied());
-                id.map_or(0.5.into(), FloatInput::Texture)
+                let numbers = param.strings().first().and_then(|n| self.numbers_of(n, param.span));
+                numbers.unwrap_or(0.5.into())
             }
             Some(param) if !param.floats().is_empty() => {
                 FloatInput::Constant(param.floats().iter().sum::<f32>() / param.floats().len() as f32)
@@ -265,6 +316,27 @@ impl Build<'_, '_> {
             Some(_) | None => 0.5.into(),
         };
         Some(MaterialKind::Mix { materials: [second?, first?], amount })
+    }
+}
+
+/// A colour that is no texture, times a number; at most one.
+fn by_number(s: &SpectrumInput, factor: f32) -> Option<SpectrumInput> {
+    let times = |c: f32| (c * factor).min(1.0);
+    match s {
+        SpectrumInput::Constant(SpectrumDesc::Constant(c)) => Some(SpectrumDesc::Constant(times(*c)).into()),
+        SpectrumInput::Constant(SpectrumDesc::Rgb { rgb, space }) => {
+            Some(SpectrumDesc::Rgb { rgb: rgb.map(times), space: *space }.into())
+        }
+        SpectrumInput::Constant(_) | SpectrumInput::Texture(_) => None,
+    }
+}
+
+/// The largest share of light that a colour gives back; of a texture, a half.
+fn largest(s: &SpectrumInput) -> f32 {
+    match s {
+        SpectrumInput::Constant(SpectrumDesc::Rgb { rgb, .. }) => rgb.iter().fold(0.0, |a: f32, c| a.max(*c)),
+        SpectrumInput::Constant(SpectrumDesc::Constant(c)) => *c,
+        SpectrumInput::Constant(_) | SpectrumInput::Texture(_) => 0.5,
     }
 }
 

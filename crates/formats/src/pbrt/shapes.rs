@@ -39,11 +39,7 @@ impl Build<'_, '_> {
             let Some(material) = self.shape_material(&shape.material, unnamed) else { continue };
             let area_light = self.shape_light(&shape, material, area_lights);
             let medium_interface = self.medium_interface(&shape, material);
-            let world_from_object = if area_light.is_some() {
-                self.fixed(&shape.entity.ctm, "a shape that emits", shape.entity.span)
-            } else {
-                shape.entity.ctm.animated()
-            };
+            let world_from_object = shape.entity.ctm.animated();
             for geometry in geometry {
                 let desc = ShapeDesc {
                     geometry,
@@ -87,7 +83,7 @@ impl Build<'_, '_> {
         }
     }
 
-    /// The shape's emission, where pbrt lets it emit.
+    /// The shape's emission. Where pbrt-v4 stays dark for want of support, it is said that this one shines.
     fn shape_light(
         &mut self,
         shape: &ShapeEntity,
@@ -95,17 +91,22 @@ impl Build<'_, '_> {
         area_lights: &[Option<AreaLightDesc>],
     ) -> Option<AreaLightDesc> {
         let light = area_lights.get(shape.area_light?)?.clone()?;
-        let ignored = if shape.object.is_some() {
-            "a shape in an object cannot emit"
-        } else if self.scene.materials[material.index()].kind == MaterialKind::Interface {
-            "a shape of material \"interface\" cannot emit"
-        } else if shape.entity.kind == "curve" {
-            "a curve cannot emit"
+        if self.scene.materials[material.index()].kind == MaterialKind::Interface {
+            let ignored = "a shape of material \"interface\" cannot emit";
+            self.report.warning(shape.entity.span, ignored).hint("its area light is ignored");
+            return None;
+        }
+        let dark = if shape.object.is_some() {
+            Some("a shape in an object emits")
+        } else if shape.entity.ctm.is_animated() {
+            Some("a shape that moves emits")
         } else {
-            return Some(light);
+            None
         };
-        self.report.warning(shape.entity.span, ignored).hint("its area light is ignored");
-        None
+        if let Some(what) = dark {
+            self.report.warning(shape.entity.span, what).hint("pbrt-v4 has no such light: there it is dark");
+        }
+        Some(light)
     }
 
     /// Most shapes are one form; a PLY file of triangles and quadrilaterals is two.

@@ -6,6 +6,7 @@
 //! | film, filter, sampler  | the same under new names; a film's `scale` as film speed                                |
 //! | `directlighting`, `whitted` | `path` with one scattering event, as pbrt-v4's own upgrade has it                    |
 //! | infinite lights        | latitude and longitude; `L` scales the map                                             |
+//! | goniometric lights     | their map of latitude and longitude becomes one of equal areas                         |
 //! | colours as `scale`     | a factor on the light's own colour                                                     |
 //! | quadrics beyond spheres, disks, cylinders; `nurbs`, `heightfield` | left out, with a warning                    |
 
@@ -162,18 +163,12 @@ fn upgrade_light(light: &mut Entity, report: &mut Report<'_>) {
     if light.kind == "exinfinite" {
         light.kind = "infinite".into();
     }
-    let is_lamp =
-        light.params.peek("filename").is_some_and(|f| f.strings().iter().any(|f| super::lights::is_ies(f)));
-    if light.kind == "goniometric" && !is_lamp && light.params.remove("filename").is_some() {
-        report
-            .warning(light.span, "the map of a goniometric light of pbrt-v3 is not supported")
-            .hint("it shines alike in all directions: `imgtool` of pbrt-v4 converts the map");
-    }
     if light.kind == "projection" && light.params.peek("fov").is_none() {
         light.params.set_float("fov", 45.0, light.span);
     }
     size_of_light(light, size, report);
-    let has_map = light.params.peek("filename").is_some();
+    // Goniometric lights have a size of their own beside the map.
+    let has_map = light.params.peek("filename").is_some() && light.kind != "goniometric";
     if has_map && let Some(tint) = light.params.remove(size) {
         let (scale, even) = match tint.floats() {
             [r, g, b] => ((r + g + b) / 3.0, r == g && g == b),

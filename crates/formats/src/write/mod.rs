@@ -104,8 +104,7 @@ impl Writer<'_, '_, '_> {
         self.objects()?;
         self.lights()?;
         self.shapes()?;
-        self.instances();
-        Ok(())
+        self.instances()
     }
 
     fn line(&mut self, depth: usize, line: &str) {

@@ -18,7 +18,7 @@ impl Writer<'_, '_, '_> {
     pub(super) fn objects(&mut self) -> Result<(), WriteError> {
         for (i, object) in self.scene.objects.iter().enumerate() {
             self.line(0, &format!("ObjectBegin \"object-{i}\""));
-            object.shapes.iter().try_for_each(|s| self.shape(1, s))?;
+            object.shapes.iter().filter(|s| s.area_light.is_none()).try_for_each(|s| self.shape(1, s))?;
             if !object.instances.is_empty() {
                 let span = object.instances[0].span;
                 self.otherwise(span, "instance within an object", "it is left out");
@@ -28,13 +28,25 @@ impl Writer<'_, '_, '_> {
         Ok(())
     }
 
-    pub(super) fn instances(&mut self) {
+    /// Instances; what emits of an object, which pbrt-v4 leaves dark, is written once for each as a shape of the world.
+    pub(super) fn instances(&mut self) -> Result<(), WriteError> {
         for InstanceDesc { object, world_from_object, span } in &self.scene.instances {
             self.line(0, "AttributeBegin");
             self.transform(1, world_from_object, *span);
             self.line(1, &format!("ObjectInstance \"object-{}\"", object.0));
             self.line(0, "AttributeEnd");
+            let object = &self.scene.objects[object.index()];
+            for shape in object.shapes.iter().filter(|s| s.area_light.is_some()) {
+                let placed = *world_from_object * shape.world_from_object;
+                self.otherwise(
+                    shape.span,
+                    "light in an object",
+                    "it is written for every instance, outside of the object",
+                );
+                self.shape(0, &ShapeDesc { world_from_object: placed, ..shape.clone() })?;
+            }
         }
+        Ok(())
     }
 
     fn shape(&mut self, depth: usize, shape: &ShapeDesc) -> Result<(), WriteError> {
@@ -52,6 +64,16 @@ impl Writer<'_, '_, '_> {
             self.line(depth + 1, &format!("MediumInterface \"{inside}\" \"{outside}\""));
         }
         if let Some(light) = &shape.area_light {
+            if shape.world_from_object.is_animated() {
+                self.otherwise(
+                    shape.span,
+                    "light that moves",
+                    "it is written so: pbrt-v4 will leave it dark",
+                );
+            }
+            if matches!(shape.geometry, Geometry::Curve(_)) {
+                self.otherwise(shape.span, "curve that emits", "it is written so: pbrt-v4 will stop there");
+            }
             self.area_light(depth + 1, light)?;
         }
         let mut p = Params::default();

@@ -99,6 +99,8 @@ struct Found {
     forward: f32,
     /// Back along the walk.
     back: Dir,
+    /// The moment, for a surface.
+    time: f32,
 }
 
 impl Joint<'_> {
@@ -145,8 +147,9 @@ impl Joint<'_> {
             for &light in scene.lights.infinite() {
                 let le = scene.lights.infinite_emitted(light, from, e.dir, &self.wl);
                 let place = Place::infinity(from);
-                let (throughput, forward) = (e.throughput, e.forward);
-                self.add_found(&mut sum, t, &Found { light, place, le, throughput, forward, back: -e.dir });
+                let (throughput, forward, back) = (e.throughput, e.forward, -e.dir);
+                let found = Found { light, place, le, throughput, forward, back, time: 0.0 };
+                self.add_found(&mut sum, t, &found);
             }
         }
         Some(sum)
@@ -160,7 +163,8 @@ impl Joint<'_> {
     ) {
         if let (Some(light), Some(le)) = (si.light, self.scene.emitted(&si, si.wo, &self.wl)) {
             let place = Place::on_surface(si.p, si.ng);
-            self.add_found(sum, t, &Found { light, place, le, throughput, forward, back: si.wo });
+            let (back, time) = (si.wo, si.time);
+            self.add_found(sum, t, &Found { light, place, le, throughput, forward, back, time });
         }
     }
 
@@ -173,7 +177,7 @@ impl Joint<'_> {
     }
 
     fn weight_of_found(&mut self, f: &Found, t: usize) -> f32 {
-        let (emit, leaving) = emission_densities(self.scene, f.light, &f.place, f.back);
+        let (emit, leaving) = emission_densities(self.scene, f.light, &f.place, (f.back, f.time));
         let direct = match t.checked_sub(3).and_then(|i| self.paths.eye.vertices.get(i)) {
             Some(v) => direct_density(self.scene, &v.light_context(), f.light, &f.place, -f.back),
             None => 0.0,
@@ -207,7 +211,7 @@ impl Joint<'_> {
         let value = value * self.through(&z, &ray)?;
 
         let place = place_of(&sample);
-        let (emit, leaving) = emission_densities(self.scene, light, &place, -sample.wi);
+        let (emit, leaving) = emission_densities(self.scene, light, &place, (-sample.wi, from.time));
         let is_delta = self.scene.lights.is_delta(light);
         let direct = match is_delta {
             true => chosen,

@@ -90,17 +90,22 @@ impl LightStart {
             return None;
         }
         let place = Place { p: sample.p, n: sample.n, is_infinite: sample.is_infinite, is_medium: false };
-        let (emit, leaving) = emission_densities(scene, light, &place, sample.ray.dir);
+        let (emit, leaving) = emission_densities(scene, light, &place, (sample.ray.dir, time));
         let around = scene.emission_surroundings(&sample);
         Some(Self { start: Start { ray: sample.ray, around, place, leaving, throughput }, light, emit })
     }
 }
 
 /// Density with which a walk from a light starts at the place, the choice of the light included, and how it leaves
-/// along `w`. A light that no ray finds has no density but its choice.
-pub(crate) fn emission_densities(scene: &Scene, light: LightId, place: &Place, w: Dir) -> (f32, Leaving) {
+/// along `w` at a moment. A light that no ray finds has no density but its choice.
+pub(crate) fn emission_densities(
+    scene: &Scene,
+    light: LightId,
+    place: &Place,
+    (w, time): (Dir, f32),
+) -> (f32, Leaving) {
     let chosen = scene.light_selector.emission_probability(light);
-    let (position, direction) = scene.lights.emission_pdf(light, place.p, place.n, w);
+    let (position, direction) = scene.lights.emission_pdf(light, place.p, place.n, w, time);
     let (position, direction) = (position.map(Pdf::value), direction.map(Pdf::value));
     let is_delta = scene.lights.is_delta(light);
     if place.is_infinite {

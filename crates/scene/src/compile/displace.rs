@@ -1,5 +1,6 @@
 //! Displacement: meshes whose vertices are moved along their normals by a texture, in a description of the same scene
-//! with plain meshes in their place, which every later step takes for what was written.
+//! with plain meshes in their place, which every later step takes for what was written. Bilinear patches and subdivision
+//! surfaces become meshes first.
 //!
 //! | step          | how                                                                                       |
 //! |---------------|-------------------------------------------------------------------------------------------|
@@ -18,9 +19,11 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use math::{Dir, Point, Transform, Vec2, Vec3};
-use scene_desc::{Geometry, MeshDesc, SceneDesc, ShapeDesc, Sink};
+use scene_desc::{Geometry, LoopSubdiv, MeshDesc, SceneDesc, ShapeDesc, Sink};
 use spectrum::ColorPipeline;
 
+use super::patch_grid;
+use crate::shapes::subdivide;
 use crate::textures::{FloatHandle, TextureCompiler, Textures};
 use crate::{Footprint, Place, TextureContext};
 
@@ -62,20 +65,21 @@ fn displace(
     edge_length: f32,
     sink: &mut Sink,
 ) {
-    let Geometry::Mesh(mesh) = &shape.geometry else {
-        sink.warning(shape.span, "only meshes of triangles can be displaced").hint("it is rendered as it is");
+    if edge_length.is_nan() || edge_length <= 0.0 {
+        sink.error(shape.span, format!("displacement with edges of length {edge_length}"))
+            .hint("expected a number above 0");
+        return;
+    }
+    let Some(mesh) = triangles(&shape.geometry, edge_length, &shape.world_from_object.start()) else {
+        sink.warning(shape.span, "curves, spheres, disks and cylinders cannot be displaced")
+            .hint("it is rendered as it is");
         return;
     };
     if !mesh.attributes.is_empty() || !mesh.tangents.is_empty() {
         sink.warning(shape.span, "tangents and named values of a displaced mesh are dropped")
             .hint("textures that ask for them find zero");
     }
-    if edge_length.is_nan() || edge_length <= 0.0 {
-        sink.error(shape.span, format!("displacement with edges of length {edge_length}"))
-            .hint("expected a number above 0");
-        return;
-    }
-    let Some(mut fine) = Tessellation::new(mesh).refined(edge_length, &shape.world_from_object.start())
+    let Some(mut fine) = Tessellation::new(&mesh).refined(edge_length, &shape.world_from_object.start())
     else {
         sink.error(
             shape.span,
@@ -88,6 +92,36 @@ fn displace(
     };
     fine.push_out(textures, &height);
     shape.geometry = Geometry::Mesh(Arc::new(fine.mesh));
+}
+
+/// The triangles of a form that can be displaced; a curved one is cut finely enough for edges of `longest` in the world.
+fn triangles(geometry: &Geometry, longest: f32, world_from_object: &Transform) -> Option<Arc<MeshDesc>> {
+    /// Of the edge: how far triangles may be from a patch.
+    const TOLERANCE: f32 = 0.05;
+    let length = |v: Vec3| world_from_object.vector(v).length();
+    match geometry {
+        Geometry::Mesh(mesh) => Some(Arc::clone(mesh)),
+        Geometry::BilinearMesh(patches) => {
+            let scale = [Vec3::X, Vec3::Y, Vec3::Z].map(length).into_iter().fold(f32::MIN_POSITIVE, f32::max);
+            Some(Arc::new(patch_grid::triangles(patches, TOLERANCE * longest / scale)))
+        }
+        Geometry::LoopSubdiv(control) => {
+            // Each level halves edges; what is still long is halved as that of a mesh.
+            let edges = |f: &[u32; 3]| [0, 1, 2].map(|k| [f[k], f[(k + 1) % 3]]);
+            let at = |i: u32| control.positions[i as usize];
+            let edges = control.indices.iter().flat_map(edges).map(|[a, b]| length(at(b) - at(a)));
+            let mut control = LoopSubdiv::clone(control);
+            let mut edge = edges.fold(0.0, f32::max) * 0.5_f32.powi(control.levels as i32);
+            let mut faces = control.indices.len() << (2 * control.levels.min(16));
+            while edge > longest && 4 * faces <= MOST_TRIANGLES / 16 {
+                (edge, faces, control.levels) = (0.5 * edge, 4 * faces, control.levels + 1);
+            }
+            Some(Arc::new(subdivide(&control)))
+        }
+        Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. } | Geometry::Curve(_) => {
+            None
+        }
+    }
 }
 
 /// A mesh on its way.
@@ -237,7 +271,8 @@ mod tests {
     use super::*;
     use math::AnimatedTransform;
     use scene_desc::{
-        DisplacementDesc, FloatInput, MaterialId, Span, TextureDesc, TextureId, TextureKind, TextureNode,
+        BilinearMesh, DisplacementDesc, FloatInput, MaterialId, Span, TextureDesc, TextureId, TextureKind,
+        TextureNode,
     };
     use spectrum::{ColorMode, ColorSpace};
 
@@ -260,8 +295,17 @@ mod tests {
     }
 
     fn scene(mesh: MeshDesc, height: FloatInput, edge_length: f32, textures: Vec<TextureDesc>) -> SceneDesc {
+        scene_of(Geometry::Mesh(Arc::new(mesh)), height, edge_length, textures)
+    }
+
+    fn scene_of(
+        geometry: Geometry,
+        height: FloatInput,
+        edge_length: f32,
+        textures: Vec<TextureDesc>,
+    ) -> SceneDesc {
         let shape = ShapeDesc {
-            geometry: Geometry::Mesh(Arc::new(mesh)),
+            geometry,
             world_from_object: AnimatedTransform::fixed(Transform::IDENTITY),
             reverse_orientation: false,
             material: MaterialId(0),
@@ -351,6 +395,50 @@ mod tests {
         }
         let expected = Vec3::new(-0.5, 0.0, 1.0).normalize();
         assert!(mesh.normals.iter().all(|n| (*n - expected).length() < 1e-4));
+    }
+
+    /// Six patches that share their corners alone, and a height that has another value on each side of every edge.
+    #[test]
+    fn a_box_of_patches_stays_closed() {
+        let cube = cube();
+        let quads = |c: u32| [4 * c, 4 * c + 1, 4 * c + 3, 4 * c + 2];
+        // Some are turned, so that their edges run the other way.
+        let quads = (0..6).map(|c| match (quads(c), c % 2) {
+            ([a, b, c, d], 0) => [b, d, a, c],
+            (q, _) => q,
+        });
+        let mut positions = cube.positions.clone();
+        // A corner that is pulled out twists three of them.
+        positions.iter_mut().filter(|p| **p == Vec3::ONE).for_each(|p| *p = Vec3::new(1.7, 1.5, 1.9));
+        let patches = BilinearMesh { positions, indices: quads.collect(), ..BilinearMesh::default() };
+        let node = TextureNode::Checkerboard {
+            a: scene_desc::TextureInput::Float(0.0),
+            b: scene_desc::TextureInput::Float(0.3),
+            mapping: Some(scene_desc::Mapping2d::Uv { scale: [3.0, 5.0], shift: [0.1, 0.2] }),
+            texture_from_world: Transform::IDENTITY,
+        };
+        let texture = TextureDesc { name: "t".into(), kind: TextureKind::Float, node, span: Span::NONE };
+        let patches = Geometry::BilinearMesh(Arc::new(patches));
+        let flat = moved(&scene_of(patches.clone(), 0.0.into(), 0.2, Vec::new()));
+        let rough = moved(&scene_of(patches, FloatInput::Texture(TextureId(0)), 0.2, vec![texture]));
+        assert!(is_closed(&flat) && is_closed(&rough));
+        assert!(volume(&flat) > 9.0 && volume(&rough) > volume(&flat) + 0.5, "{}", volume(&rough));
+    }
+
+    #[test]
+    fn a_subdivided_surface_is_cut_finely_and_moved_along_its_normals() {
+        let positions = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+        let indices =
+            vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let control = Geometry::LoopSubdiv(Arc::new(LoopSubdiv { positions, indices, levels: 0 }));
+        let [still, out] =
+            [0.0, 0.2].map(|h: f32| moved(&scene_of(control.clone(), h.into(), 0.1, Vec::new())));
+        assert_eq!(still.indices.len(), 8 * 256, "four levels");
+        assert!(is_closed(&out));
+        // A parallel surface: area and mean curvature of a ball of this volume, nearly.
+        let radius = (volume(&still) * 0.75 / std::f64::consts::PI).cbrt();
+        let grown = ((radius + 0.2) / radius).powi(3);
+        assert!((volume(&out) / volume(&still) / grown - 1.0).abs() < 0.05, "{} {grown}", volume(&out));
     }
 
     #[test]

@@ -1,21 +1,91 @@
-//! Shapes that emit, in the words of the lights.
+//! Shapes that emit, in the words of the lights: those of the world, and those of objects once for each instance.
 //!
 //! Most lamps are rectangles of two triangles. Where all of a mesh pairs up into rectangles, each pair is one light:
 //! no number is spent on choosing between its halves, and a point is stratified over all of it.
+//!
+//! The lights of an instance follow each other, in the order of the object's shapes: a shape of an object knows its
+//! lights' place among them, an instance where its lights begin.
 
-use scene_desc::{AreaLightDesc, Geometry, ShapeDesc};
+use math::{AnimatedTransform, Transform};
+use scene_desc::{AreaLightDesc, Geometry, ShapeDesc, Sink};
 
-use crate::lights::{EmitterGeometry, EmitterSource};
+use super::geometry::{Place, World};
+use crate::LightId;
+use crate::lights::{AreaEmission, EmitterGeometry, EmitterSource, LightsBuilder};
 use crate::shapes::{Mesh, ShapeGeometry};
+use crate::textures::FloatHandle;
 
-/// The light of a shape of the world; `None` for a form that cannot emit.
-pub(crate) fn source<'a>(
-    desc: &'a ShapeDesc,
-    light: &'a AreaLightDesc,
+/// Adds the lights of all shapes that emit, and tells the shapes of them. Gives the first light of each instance.
+pub(super) fn declare(world: &mut World<'_>, lights: &mut LightsBuilder<'_>, sink: &mut Sink) -> Vec<u32> {
+    let emissions: Vec<Option<AreaEmission>> = world
+        .descs
+        .iter()
+        .map(|(desc, _)| desc.area_light.as_ref().and_then(|light| lights.add_emission(light, sink)))
+        .collect();
+    let world_len = world.object_base.first().map_or(world.shapes.len(), |b| *b as usize);
+    let mut lamps = Lamps { world, emissions: &emissions, lights, sink };
+    for i in 0..world_len {
+        lamps.add(i, 0, None);
+    }
+
+    let mut first = Vec::with_capacity(lamps.world.instances.len());
+    for i in 0..lamps.world.instances.len() {
+        let instance = lamps.world.instances[i];
+        let base = lamps.lights.len() as u32;
+        first.push(base);
+        let of_object = lamps.world.shapes_of(instance.object);
+        for shape in of_object.filter(|s| emissions[*s].is_some()) {
+            lamps.add(shape, base, Some(&instance.world_from_object));
+        }
+    }
+    first
+}
+
+struct Lamps<'a, 'w, 'l> {
+    world: &'a mut World<'w>,
+    /// Of each shape, if it emits.
+    emissions: &'a [Option<AreaEmission>],
+    lights: &'a mut LightsBuilder<'l>,
+    sink: &'a mut Sink,
+}
+
+impl Lamps<'_, '_, '_> {
+    /// Adds the lights of a shape where it is placed; the shape counts them from `base`.
+    fn add(&mut self, i: usize, base: u32, placed: Option<&AnimatedTransform>) {
+        let (desc, place) = self.world.descs[i];
+        let (Some(light), Some(emission)) = (&desc.area_light, self.emissions[i]) else { return };
+        let shape = &mut self.world.shapes[i];
+        let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
+        let rectangles = rectangles(&shape.geometry, light);
+        shape.primitives_per_light = if rectangles.is_some() { 2 } else { 1 };
+
+        // Where it stands at the first key.
+        let own = match place {
+            Place::World | Place::Object => desc.world_from_object.start(),
+            Place::Moving => Transform::IDENTITY,
+        };
+        let moved = placed.map(|p| (shape.geometry.placed(p.start_ref()), p.start() * own));
+        let (form, map) = match &moved {
+            Some((form, map)) => (form, map),
+            None => (&shape.geometry, &own),
+        };
+        let Some(source) = source((desc, light), form, map, rectangles.as_deref()) else { return };
+        let first = self.lights.add_emitter_of(
+            &EmitterSource { visible, motion: placed, ..source },
+            emission,
+            self.sink,
+        );
+        shape.first_light = Some(LightId(first.0 - base));
+    }
+}
+
+/// The light of a shape in world space; `None` for a form that cannot emit.
+fn source<'a>(
+    (desc, light): (&'a ShapeDesc, &'a AreaLightDesc),
     baked: &'a ShapeGeometry,
+    world_from_object: &'a Transform,
     rectangles: Option<&'a [[u32; 4]]>,
 ) -> Option<EmitterSource<'a>> {
-    let world_from_object = desc.world_from_object.start_ref();
     let (geometry, flip) = match baked {
         ShapeGeometry::Mesh(m) => {
             let (positions, normals, uvs) = (&m.positions, &m.normals, &m.uvs);
@@ -57,12 +127,12 @@ pub(crate) fn source<'a>(
             (geometry, desc.reverse_orientation)
         }
     };
-    Some(EmitterSource { geometry, flip, visible: true, desc: light })
+    Some(EmitterSource { geometry, flip, visible: true, motion: None, desc: light })
 }
 
 /// The corners of a mesh's rectangles at (u, v) = (0,0), (1,0), (0,1), (1,1), if triangles 2k and 2k + 1 make one for every
 /// k. An image or a stated power belongs to triangles, and leaves them apart.
-pub(crate) fn rectangles(baked: &ShapeGeometry, light: &AreaLightDesc) -> Option<Vec<[u32; 4]>> {
+fn rectangles(baked: &ShapeGeometry, light: &AreaLightDesc) -> Option<Vec<[u32; 4]>> {
     let ShapeGeometry::Mesh(mesh) = baked else { return None };
     if light.image.is_some() || light.power.is_some() || mesh.indices.len() % 2 != 0 {
         return None;

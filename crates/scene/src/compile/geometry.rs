@@ -1,4 +1,4 @@
-//! Shapes, objects and instances: baked, counted, made known to the lights, and put into trees.
+//! Shapes, objects and instances: baked, counted, and put into trees.
 
 use accel::{Accel, Blas, BuildOptions, Instance};
 use math::{AnimatedTransform, Transform, Vec3};
@@ -11,7 +11,7 @@ use crate::MaterialId;
 use crate::materials::{Gaps, Materials};
 use crate::media::MediumIds;
 use crate::scene::SceneCounts;
-use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide};
+use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide, tube};
 use crate::surroundings::{Bodies, Body};
 use crate::textures::{FloatHandle, TextureCompiler};
 
@@ -21,36 +21,36 @@ const MAX_NESTING: u32 = 32;
 const MAX_INSTANCES: usize = 1 << 26;
 
 /// Everything that rays can meet.
-pub(crate) struct World {
+pub(crate) struct World<'a> {
     pub(crate) accel: Accel,
     pub(crate) shapes: Vec<Shape>,
+    /// What each was made from, and in which space it is stored.
+    pub(crate) descs: Vec<(&'a ShapeDesc, Place)>,
+    /// Shapes of the world come first; those of object `k` from `object_base[k]` on.
     pub(crate) object_base: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
     /// What may overlap.
     pub(crate) bodies: Bodies,
     pub(crate) counts: SceneCounts,
-    /// Shapes that emit: index among `shapes`, index among the description's.
-    pub(crate) emitters: Vec<(usize, usize)>,
 }
 
 /// Bakes, builds and counts, or takes over what is `kept`. `None` only together with an error in `sink`.
-pub(super) fn build(
-    desc: &SceneDesc,
+pub(super) fn build<'a>(
+    desc: &'a SceneDesc,
     materials: &Materials,
     textures: &mut TextureCompiler<'_>,
     (options, media): (&CompileOptions, &MediumIds),
     kept: Option<KeptWorld>,
-) -> Option<World> {
+) -> Option<World<'a>> {
     let (forms, trees) = kept.map(KeptWorld::into_parts).unzip();
     let forms = forms.map(Vec::into_iter);
-    let mut builder = Builder { desc, materials, textures, media, shapes: Vec::new(), forms };
+    let (shapes, descs) = (Vec::new(), Vec::new());
+    let mut builder = Builder { desc, materials, textures, media, shapes, descs, forms };
 
     // The world's own shapes; those that move become objects of their own.
     let animated = |i: &usize| desc.shapes[*i].world_from_object.is_animated();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..desc.shapes.len()).partition(animated);
     builder.add_shapes(&still.iter().map(|&i| &desc.shapes[i]).collect::<Vec<_>>(), Place::World);
-    let emits = |(_, i): &(usize, usize)| desc.shapes[*i].area_light.is_some();
-    let emitters = still.iter().copied().enumerate().filter(emits).collect();
     let world_len = builder.shapes.len();
     let mut object_base = Vec::new();
     for object in &desc.objects {
@@ -65,7 +65,7 @@ pub(super) fn build(
         instances.push(Instance { object, world_from_object: shape.world_from_object });
     }
 
-    let mut shapes = builder.shapes;
+    let (mut shapes, descs) = (builder.shapes, builder.descs);
     let bodies = bodies(&mut shapes, materials, textures.sink());
     let trees = trees.and_then(|(accel, filters)| KeptWorld::trees(accel, &filters, &shapes, options.isa));
     let accel = match trees {
@@ -77,12 +77,20 @@ pub(super) fn build(
         None => accel,
     };
     let counts = count(&shapes, instances.len(), &accel);
-    Some(World { accel, shapes, object_base, instances, bodies, counts, emitters })
+    Some(World { accel, shapes, descs, object_base, instances, bodies, counts })
+}
+
+impl World<'_> {
+    /// The shapes of an object.
+    pub(crate) fn shapes_of(&self, object: u32) -> std::ops::Range<usize> {
+        let end = self.object_base.get(object as usize + 1).map_or(self.shapes.len(), |b| *b as usize);
+        self.object_base[object as usize] as usize..end
+    }
 }
 
 /// In which space a shape is stored.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
     /// World space.
     World,
     /// Space of an object: the shape's own transform leads there.
@@ -91,22 +99,24 @@ enum Place {
     Moving,
 }
 
-struct Builder<'a, 'b> {
-    desc: &'a SceneDesc,
+struct Builder<'d, 'a, 'b> {
+    desc: &'d SceneDesc,
     materials: &'a Materials,
     textures: &'a mut TextureCompiler<'b>,
     media: &'a MediumIds,
     shapes: Vec<Shape>,
+    descs: Vec<(&'d ShapeDesc, Place)>,
     /// Of an earlier compile, in the same order.
     forms: Option<std::vec::IntoIter<ShapeGeometry>>,
 }
 
-impl Builder<'_, '_> {
-    fn add_shapes(&mut self, shapes: &[&ShapeDesc], place: Place) {
+impl<'d> Builder<'d, '_, '_> {
+    fn add_shapes(&mut self, shapes: &[&'d ShapeDesc], place: Place) {
         let baked: Vec<ShapeGeometry> = match &mut self.forms {
             Some(forms) => forms.take(shapes.len()).collect(),
             None => shapes.par_iter().map(|s| bake(s, place)).collect(),
         };
+        self.descs.extend(shapes.iter().map(|s| (*s, place)));
         for (desc, geometry) in shapes.iter().zip(baked) {
             let material = &self.desc.materials[desc.material.index()];
             let inputs = [&desc.alpha, &material.opacity];
@@ -118,7 +128,6 @@ impl Builder<'_, '_> {
             if let Geometry::Mesh(mesh) = &desc.geometry {
                 self.textures.attach(self.shapes.len() as u32, mesh);
             }
-            self.warn_of_dark_emitter(desc, &geometry, place);
             self.shapes.push(Shape {
                 geometry,
                 material: MaterialId(desc.material.0),
@@ -131,21 +140,6 @@ impl Builder<'_, '_> {
                 detail: self.materials.detail(MaterialId(desc.material.0)),
             });
         }
-    }
-
-    /// Emitters that cannot emit are said.
-    fn warn_of_dark_emitter(&mut self, desc: &ShapeDesc, geometry: &ShapeGeometry, place: Place) {
-        let Some(light) = &desc.area_light else { return };
-        let what = match (place, geometry) {
-            (_, ShapeGeometry::Strand(_)) => "curves",
-            (Place::Moving, _) => "moving shapes",
-            (Place::Object, _) => "shapes of an object that instances repeat",
-            (Place::World, _) => return,
-        };
-        self.textures
-            .sink()
-            .warning(light.span, format!("{what} cannot emit light: this one is rendered dark"))
-            .hint("place the emitter in the world, without motion, as a mesh, sphere, disk or cylinder");
     }
 
     /// Instances of the world, with objects that hold instances multiplied out.
@@ -172,7 +166,7 @@ impl Builder<'_, '_> {
         }
         let placed = match outer {
             None => instance.world_from_object,
-            Some(outer) => compose(outer, &instance.world_from_object),
+            Some(outer) => *outer * instance.world_from_object,
         };
         let Some(object) = self.desc.objects.get(instance.object.index()) else { return };
         if !object.shapes.is_empty() {
@@ -182,13 +176,6 @@ impl Builder<'_, '_> {
             self.flatten(inner, Some(&placed), depth + 1, flat);
         }
     }
-}
-
-/// Inner motion seen from outside; exact unless both move and turn.
-fn compose(outer: &AnimatedTransform, inner: &AnimatedTransform) -> AnimatedTransform {
-    let times = if outer.is_animated() { outer.times() } else { inner.times() };
-    let at = |t: f32| outer.at(t) * inner.at(t);
-    AnimatedTransform::new(at(times[0]), at(times[1]), times)
 }
 
 fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
@@ -202,6 +189,8 @@ fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
         Geometry::Mesh(m) => ShapeGeometry::Mesh(Mesh::new(m, &t, reverse)),
         Geometry::LoopSubdiv(l) => ShapeGeometry::Mesh(Mesh::new(&subdivide(l), &t, reverse)),
         Geometry::BilinearMesh(m) => ShapeGeometry::Patches(PatchMesh::new(m, &t, reverse)),
+        // What emits must have a surface to be drawn from.
+        Geometry::Curve(c) if desc.area_light.is_some() => ShapeGeometry::Mesh(tube(&Strand::new(c, &t))),
         Geometry::Curve(c) => ShapeGeometry::Strand(Strand::new(c, &t)),
         Geometry::Sphere { radius, z_min, z_max, phi_max } => quadric(QuadricKind::Sphere {
             radius: *radius,

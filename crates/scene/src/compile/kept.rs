@@ -96,7 +96,9 @@ fn is_same_form(a: &ShapeDesc, b: &ShapeDesc) -> bool {
     };
     // What a relief looks like is a texture's affair.
     let is_plain = a.displacement.is_none() && b.displacement.is_none();
+    // A strand that emits is a tube.
     form && is_plain
+        && (!matches!(a.geometry, Geometry::Curve(_)) || a.area_light.is_some() == b.area_light.is_some())
         && a.reverse_orientation == b.reverse_orientation
         && a.world_from_object == b.world_from_object
 }

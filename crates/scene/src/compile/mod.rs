@@ -7,6 +7,7 @@ mod displace;
 mod emitters;
 mod geometry;
 mod kept;
+mod patch_grid;
 
 pub use kept::Kept;
 
@@ -14,15 +15,14 @@ use math::Bounds2i;
 use scene_desc::{SceneDesc, Sink};
 use spectrum::{ColorMode, ColorPipeline, Sensor};
 
-use self::geometry::World;
+use crate::Surroundings;
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
-use crate::lights::{EmitterSource, LightImage, LightsBuilder};
+use crate::lights::{LightImage, LightsBuilder};
 use crate::materials::{Gaps, Materials};
-use crate::media::{Media, MediumIds};
+use crate::media::Media;
 use crate::scene::{Scene, SceneCounts, SceneSettings};
-use crate::textures::{FloatHandle, TextureCompiler, color_space};
-use crate::{LightId, MediumId, Surroundings};
+use crate::textures::{TextureCompiler, color_space};
 
 /// What the caller wants otherwise than the file.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,7 +73,9 @@ pub fn recompile(
     let (mut world, camera) = (world?, camera?);
     let image = |id| LightImage::from(textures.images().get(id));
     let mut lights = LightsBuilder::new(colors, &image);
-    let declared = light_sources(desc, &mut world, &medium_ids, &mut lights, sink);
+    let declare = |light| (lights.add_light(light, sink), medium_ids.described(light.medium));
+    let declared: Vec<_> = desc.lights.iter().map(declare).collect();
+    let instance_lights = emitters::declare(&mut world, &mut lights, sink);
     let lights = lights.finish(world.accel.bounds());
     let light_selector = LightSelector::new(desc.integrator.light_selection, &lights);
     let counts = SceneCounts { texture_bytes: textures.memory() as u64, ..world.counts };
@@ -84,6 +86,7 @@ pub fn recompile(
         shapes: world.shapes,
         object_base: world.object_base,
         instances: world.instances,
+        instance_lights,
         textures,
         materials,
         media,
@@ -125,28 +128,6 @@ fn camera(desc: &SceneDesc, resolution: [u32; 2], sink: &mut Sink) -> Option<Cam
             .hint("its transform needs an inverse, its field of view lies between 0 and 180 degrees, its aperture lets light through");
     }
     camera
-}
-
-/// Adds the lights that the scene declares, with the media that they stand in, then its emitting shapes.
-fn light_sources(
-    desc: &SceneDesc,
-    world: &mut World,
-    media: &MediumIds,
-    lights: &mut LightsBuilder<'_>,
-    sink: &mut Sink,
-) -> Vec<(LightId, Option<MediumId>)> {
-    let declare = |light| (lights.add_light(light, sink), media.described(light.medium));
-    let declared = desc.lights.iter().map(declare).collect();
-    for &(baked, described) in &world.emitters {
-        let (desc, shape) = (&desc.shapes[described], &mut world.shapes[baked]);
-        let visible = !matches!(shape.alpha, Some(FloatHandle::Constant(a)) if a <= 0.0);
-        let Some(light) = &desc.area_light else { continue };
-        let rectangles = emitters::rectangles(&shape.geometry, light);
-        let source = emitters::source(desc, light, &shape.geometry, rectangles.as_deref());
-        shape.first_light = source.and_then(|s| lights.add_emitter(&EmitterSource { visible, ..s }, sink));
-        shape.primitives_per_light = if rectangles.is_some() { 2 } else { 1 };
-    }
-    declared
 }
 
 /// The whole film's resolution and the pixels to render.

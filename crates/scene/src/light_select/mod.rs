@@ -19,6 +19,7 @@ mod importance;
 mod infinite;
 mod tree;
 
+use math::Point;
 use sampling::distribution::AliasTable;
 use scene_desc::LightSelection;
 
@@ -180,7 +181,7 @@ impl Spatial {
             Finite::One(light) => Some((*light, 1.0)),
             Finite::List(list) => {
                 let importances = Importances::new(list, context);
-                match self.infinite_or_rest(importances.sum, u) {
+                match self.infinite_or_rest(context.p, importances.sum, u) {
                     Choice::Infinite(chosen) => chosen,
                     Choice::Finite { u, probability } => {
                         importances.choose(u).map(|(i, p)| (list.lights[i], p * probability))
@@ -189,7 +190,7 @@ impl Spatial {
             }
             Finite::Tree(tree) => {
                 let root = tree.importances(context);
-                match self.infinite_or_rest(root.iter().sum(), u) {
+                match self.infinite_or_rest(context.p, root.iter().sum(), u) {
                     Choice::Infinite(chosen) => chosen,
                     Choice::Finite { u, probability } => {
                         tree.select(context, root, u).map(|(l, p)| (l, p * probability))
@@ -214,18 +215,18 @@ impl Spatial {
                 (sum, tree.probability(context, light))
             }
         };
-        let infinite = self.infinite.share(sum);
+        let infinite = self.infinite.share(context.p, sum);
         match own {
             Some(p) => p * (1.0 - infinite),
-            None => infinite * self.infinite.probability(light),
+            None => infinite * self.infinite.probability(context.p, light),
         }
     }
 
     /// First choice: light from infinity, or from a finite place whose importances sum to `finite`.
-    fn infinite_or_rest(&self, finite: f32, u: f32) -> Choice {
-        let share = self.infinite.share(finite);
+    fn infinite_or_rest(&self, p: Point, finite: f32, u: f32) -> Choice {
+        let share = self.infinite.share(p, finite);
         if u < share {
-            let chosen = self.infinite.select(u / share);
+            let chosen = self.infinite.select(p, u / share);
             return Choice::Infinite(chosen.map(|(l, p)| (l, p * share)));
         }
         Choice::Finite { u: ((u - share) / (1.0 - share)).min(BELOW_ONE), probability: 1.0 - share }

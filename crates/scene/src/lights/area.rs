@@ -1,13 +1,13 @@
 //! A surface that emits the same radiance in all directions of its side, or of both.
 
 use math::{Dir, Point, Vec2};
-use sampling::Pdf;
+use sampling::{Pdf, SolidAngle};
 use scatter::Density;
 use spectrum::{Spectrum, Wavelengths};
 
 use super::LightSample;
 use super::emission::Emission;
-use super::emitter::Emitter;
+use super::emitter::{Emitter, SurfaceSample};
 use crate::LightId;
 
 /// An emitting surface.
@@ -35,7 +35,18 @@ impl AreaLight {
         u: [f32; 2],
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
-        let s = self.emitter.sample(from, u)?;
+        self.seen(emissions, light, &self.emitter.sample(from, u)?, (from, wavelengths))
+    }
+
+    /// What a point of the surface sends to `from`.
+    #[inline]
+    pub(super) fn seen(
+        &self,
+        emissions: &[Emission],
+        light: LightId,
+        s: &SurfaceSample<SolidAngle>,
+        (from, wavelengths): (Point, &Wavelengths),
+    ) -> Option<LightSample> {
         let wi = Dir((s.p - from).try_normalize()?);
         let le = self.emitted(emissions, s.n, s.uv, -wi, wavelengths);
         let (li, density) = if self.visible {

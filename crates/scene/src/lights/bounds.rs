@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use math::{Bounds, Dir, Point, Vec3, trig};
 
+use super::emitter::NormalCone;
 use super::{Light, Lights};
 use crate::LightId;
 
@@ -85,15 +86,20 @@ impl Lights {
             | Light::InfiniteConstant(_)
             | Light::InfiniteImage(_)
             | Light::Portal(_)
-            | Light::Area(_) => None,
+            | Light::Area(_)
+            | Light::Moving(_) => None,
         }
     }
 
-    /// A point in the middle of an emitting surface, and its normal.
+    /// A point in the middle of an emitting surface at the moment zero, and its normal.
     pub(crate) fn surface_point(&self, light: LightId) -> Option<(Point, Dir)> {
         match &self.list[light.index()] {
             Light::Area(l) => {
                 let s = l.emitter.sample_area([0.4, 0.3]);
+                Some((s.p, s.n))
+            }
+            Light::Moving(l) => {
+                let s = l.sample_area(0.0, [0.4, 0.3]);
                 Some((s.p, s.n))
             }
             Light::Dark
@@ -122,6 +128,14 @@ impl Lights {
         if power <= 0.0 {
             return None;
         }
+        let of_surface = |bounds, normals: NormalCone, power, two_sided| LightBounds {
+            bounds,
+            axis: normals.axis,
+            cos_theta_o: normals.cos_theta,
+            cos_theta_e: 0.0,
+            power,
+            two_sided,
+        };
         let sphere = 4.0 * PI;
         Some(match &self.list[light.index()] {
             Light::Dark
@@ -140,17 +154,8 @@ impl Lights {
                 cos_theta_e: trig::cos(trig::safe_acos(l.cos_end) - trig::safe_acos(l.cos_start)).min(0.9999),
                 ..at(l.p.0, power * sphere / l.solid_angle())
             },
-            Light::Area(l) => {
-                let normals = l.emitter.normals();
-                LightBounds {
-                    bounds: l.emitter.bounds(),
-                    axis: normals.axis,
-                    cos_theta_o: normals.cos_theta,
-                    cos_theta_e: 0.0,
-                    power,
-                    two_sided: l.two_sided,
-                }
-            }
+            Light::Area(l) => of_surface(l.emitter.bounds(), l.emitter.normals(), power, l.two_sided),
+            Light::Moving(l) => of_surface(l.bounds(), l.normals(), power, l.area.two_sided),
         })
     }
 }

@@ -8,6 +8,7 @@
 //! sphere; so do we, to get its pictures.
 
 use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
 
 use math::{Bounds, Dir, Frame, Point, Transform, Vec3, trig};
 use sampling::warp;
@@ -19,6 +20,7 @@ use super::delta::{DistantLight, PointLight, SpotLight};
 use super::emission::{Emission, ImageEmission, LightImage, Lookup};
 use super::goniometric::{DirectionFactor, GoniometricLight, ScalarImage};
 use super::infinite::{InfiniteConstant, InfiniteImage};
+use super::moving::{Motion, MovingLight};
 use super::portal::{PortalLight, Sky};
 use super::projection::projection;
 use super::source::{EmitterSource, emitters};
@@ -41,6 +43,11 @@ impl<'a> LightsBuilder<'a> {
         Self { colors, images, lights: Lights::default() }
     }
 
+    /// How many lights there are by now.
+    pub(crate) fn len(&self) -> usize {
+        self.lights.list.len()
+    }
+
     /// Adds a light that is not a surface. What is wrong with it goes to `sink`; a light that emits nothing still has
     /// an id.
     pub fn add_light(&mut self, desc: &LightDesc, sink: &mut Sink) -> LightId {
@@ -57,40 +64,57 @@ impl<'a> LightsBuilder<'a> {
     /// Adds the lights of an emitting shape: one for each triangle or patch, in their order, from the returned id on.
     /// `None` for a shape that emits nothing, which is no light at all.
     pub fn add_emitter(&mut self, source: &EmitterSource<'_>, sink: &mut Sink) -> Option<LightId> {
-        let desc = source.desc;
+        let emission = self.add_emission(source.desc, sink)?;
+        Some(self.add_emitter_of(source, emission, sink))
+    }
+
+    /// What shapes emit, for [`LightsBuilder::add_emitter_of`]; `None` if that is nothing.
+    pub(crate) fn add_emission(&mut self, desc: &AreaLightDesc, sink: &mut Sink) -> Option<AreaEmission> {
         let emission = self.area_emission(desc, sink);
         if emission.mean() <= 0.0 {
             return None;
         }
-        // Luminance of what the emission is with a scale of one: what `power` is measured with.
+        // What `power` is measured with.
         let unit_luminance = desc.image.map_or(1.0, |id| {
             let image = (self.images)(id);
             image.mean(|rgb, _| image.luminance(rgb))
         });
-        let index = self.lights.emissions.len() as u32;
         self.lights.emissions.push(emission);
+        Some(AreaEmission { index: self.lights.emissions.len() as u32 - 1, unit_luminance })
+    }
 
+    /// [`LightsBuilder::add_emitter`] with an emission that others may share. Always as many lights as the form has parts.
+    pub(crate) fn add_emitter_of(
+        &mut self,
+        source: &EmitterSource<'_>,
+        emission: AreaEmission,
+        sink: &mut Sink,
+    ) -> LightId {
+        let desc = source.desc;
+        let motion = source.motion.filter(|m| m.is_animated()).map(Motion::new);
+        let motion = match motion {
+            Some(None) => {
+                sink.error(desc.span, "an emitting shape moves by transforms that are not affine");
+                None
+            }
+            Some(motion) => motion.map(Arc::new),
+            None => None,
+        };
         let first = LightId(self.lights.list.len() as u32);
         let mut any = false;
         for emitter in emitters(source) {
             let light = emitter.map(|emitter| {
-                let sides = if desc.two_sided { 2.0 } else { 1.0 };
-                let factor = match desc.power {
-                    Some(power) => power / (unit_luminance * sides * emitter.area() * PI),
-                    None => 1.0,
-                };
                 let (two_sided, visible) = (desc.two_sided, source.visible);
-                Light::Area(AreaLight { emitter, emission: index, factor, two_sided, visible })
+                let area = AreaLight { emitter, emission: emission.index, factor: 1.0, two_sided, visible };
+                emission.with_power(area, motion.as_ref(), desc.power)
             });
             any |= light.is_some();
             self.push(light);
         }
         if !any {
-            self.lights.list.truncate(first.index());
             sink.warning(desc.span, "an emitting shape has no area").hint("it emits nothing");
-            return None;
         }
-        Some(first)
+        first
     }
 
     /// All lights, for a scene of this extent.
@@ -118,6 +142,33 @@ impl<'a> LightsBuilder<'a> {
                 ))
             }
             None => Emission::new(&desc.radiance, 1.0, self.colors, desc.span, sink),
+        }
+    }
+}
+
+/// What a shape emits, kept among the emissions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AreaEmission {
+    index: u32,
+    /// Luminance of what it is with a scale of one.
+    unit_luminance: f32,
+}
+
+impl AreaEmission {
+    /// The light of a part of a shape, at rest or in motion, of a stated power if there is one.
+    fn with_power(self, mut area: AreaLight, motion: Option<&Arc<Motion>>, power: Option<f32>) -> Light {
+        let sides = area.sides();
+        let factor = |size: f32| power.map_or(1.0, |p| p / (self.unit_luminance * sides * size * PI));
+        match motion {
+            None => {
+                area.factor = factor(area.emitter.area());
+                Light::Area(area)
+            }
+            Some(motion) => {
+                let mut moving = MovingLight { area, motion: Arc::clone(motion) };
+                moving.area.factor = factor(moving.area());
+                Light::Moving(Box::new(moving))
+            }
         }
     }
 }

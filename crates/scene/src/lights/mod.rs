@@ -7,14 +7,15 @@
 //! | infinite, even or by an image                     | `infinite` |
 //! | the same through a window                         | `portal`   |
 //! | emitting triangle, sphere, disk, cylinder, patch  | `area`, `emitter/` |
+//! | the same in motion                                | `moving`   |
 //!
 //! Semantics, units and normalisation are pbrt-v4's [PBR4e, ch. 12]. Every emitting triangle of a mesh is a light of
 //! its own. Densities leave out the choice of the light (see [`crate::LightSelector`]).
 //!
 //! Departs from pbrt-v4: lights under maps that scale unevenly have right densities; parts of spheres and rings
 //! are sampled exactly; a light of zero power is there but never chosen.
-//! Left out: moving lights (the first key's place counts; the builder says so), cut-outs of emitters by
-//! alpha textures (the caller multiplies the sample with the alpha at its `uv`).
+//! Left out: motion of lights that are no surfaces (the first key's place counts, as in pbrt-v4; the builder says so),
+//! cut-outs of emitters by alpha textures (the caller multiplies the sample with the alpha at its `uv`).
 
 mod area;
 mod bounds;
@@ -25,6 +26,7 @@ mod emitter;
 mod goniometric;
 mod ies;
 mod infinite;
+mod moving;
 mod outgoing;
 mod portal;
 mod projection;
@@ -41,13 +43,16 @@ use crate::{LightContext, LightId, SurfaceInteraction};
 
 use area::AreaLight;
 pub(crate) use bounds::LightBounds;
+pub(crate) use builder::AreaEmission;
 pub use builder::LightsBuilder;
 use delta::{DistantLight, PointLight, ProjectionLight, SpotLight};
 use emission::Emission;
 pub use emission::LightImage;
 use goniometric::GoniometricLight;
 use infinite::{InfiniteConstant, InfiniteImage};
+use moving::MovingLight;
 use portal::PortalLight;
+pub(crate) use portal::Side;
 pub use sample::{EmissionSample, LightSample};
 pub use source::{EmitterGeometry, EmitterSource};
 
@@ -76,6 +81,7 @@ enum Light {
     InfiniteImage(Box<InfiniteImage>),
     Portal(Box<PortalLight>),
     Area(AreaLight),
+    Moving(Box<MovingLight>),
 }
 
 /// The sphere around the scene, from whose disks distant light comes.
@@ -130,6 +136,7 @@ impl Lights {
             | Light::Distant(_) => true,
             Light::InfiniteConstant(_) | Light::InfiniteImage(_) | Light::Portal(_) => false,
             Light::Area(a) => !a.visible,
+            Light::Moving(m) => !m.area.visible,
         }
     }
 
@@ -145,7 +152,25 @@ impl Lights {
             | Light::Spot(_)
             | Light::Goniometric(_)
             | Light::Projection(_)
-            | Light::Area(_) => false,
+            | Light::Area(_)
+            | Light::Moving(_) => false,
+        }
+    }
+
+    /// The plane before which alone points get light of an infinite light through a portal: see [`Side`].
+    pub(crate) fn portal_side(&self, light: LightId) -> Option<Side> {
+        match &self.list[light.index()] {
+            Light::Portal(l) => Some(l.side()),
+            Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_)
+            | Light::Area(_)
+            | Light::Moving(_) => None,
         }
     }
 
@@ -163,7 +188,7 @@ impl Lights {
         let sample = if let Light::Area(l) = kind {
             l.sample(&self.emissions, light, context.p, u, wavelengths)
         } else {
-            self.sample_of(kind, (light, context.p), u, wavelengths)
+            self.sample_of(kind, (light, context), u, wavelengths)
         };
         sample.filter(|s| !s.li.is_black())
     }
@@ -173,10 +198,11 @@ impl Lights {
     fn sample_of(
         &self,
         kind: &Light,
-        (light, from): (LightId, Point),
+        (light, context): (LightId, &LightContext),
         u: [f32; 2],
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
+        let from = context.p;
         match kind {
             Light::Dark => None,
             Light::Point(l) => self.sample_point(light, from, l.p, |_| l.intensity.value(wavelengths)),
@@ -206,6 +232,10 @@ impl Lights {
                 Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
             }
             Light::Area(l) => l.sample(&self.emissions, light, from, u, wavelengths),
+            Light::Moving(l) => {
+                let s = l.sample(from, context.time, u)?;
+                l.area.seen(&self.emissions, light, &s, (from, wavelengths))
+            }
         }
     }
 
@@ -224,7 +254,8 @@ impl Lights {
             Light::InfiniteImage(l) => l.pdf(wi),
             Light::Portal(l) => l.pdf(context.p, wi),
             Light::Area(l) if l.visible => l.emitter.pdf(context.p, p, n),
-            Light::Area(_) => Pdf::ZERO,
+            Light::Moving(l) if l.area.visible => l.pdf(context.p, (p, n), context.time),
+            Light::Area(_) | Light::Moving(_) => Pdf::ZERO,
         }
     }
 
@@ -240,6 +271,7 @@ impl Lights {
     ) -> Spectrum {
         match &self.list[light.index()] {
             Light::Area(l) => l.emitted(&self.emissions, n, uv, w_out, wavelengths),
+            Light::Moving(l) => l.area.emitted(&self.emissions, n, uv, w_out, wavelengths),
             Light::Dark
             | Light::Point(_)
             | Light::Spot(_)
@@ -278,7 +310,8 @@ impl Lights {
             | Light::Goniometric(_)
             | Light::Projection(_)
             | Light::Distant(_)
-            | Light::Area(_) => Spectrum::ZERO,
+            | Light::Area(_)
+            | Light::Moving(_) => Spectrum::ZERO,
         }
     }
 

@@ -10,6 +10,7 @@ use math::{Dir, Frame, LocalDir, Point, Ray, Vec3, error_bound};
 use sampling::{Area, Pdf, SolidAngle, warp};
 use spectrum::{Spectrum, Wavelengths};
 
+use super::emitter::SurfaceSample;
 use super::{AreaLight, EmissionSample, Light, Lights, WorldSphere};
 use crate::LightId;
 
@@ -93,7 +94,12 @@ impl Lights {
                 }
             }
             Light::Area(l) => {
-                self.emit_from_surface(light, l, [u_position, u_direction], time, wavelengths)?
+                let s = l.emitter.sample_area(u_position);
+                self.emit_from_surface((light, l), &s, u_direction, (time, wavelengths))?
+            }
+            Light::Moving(l) => {
+                let s = l.sample_area(time, u_position);
+                self.emit_from_surface((light, &l.area), &s, u_direction, (time, wavelengths))?
             }
         };
         sample.is_possible().then_some(sample)
@@ -101,14 +107,11 @@ impl Lights {
 
     fn emit_from_surface(
         &self,
-        light: LightId,
-        area: &AreaLight,
-        [u_position, mut u_direction]: [[f32; 2]; 2],
-        time: f32,
-        wavelengths: &Wavelengths,
+        (light, area): (LightId, &AreaLight),
+        s: &SurfaceSample<Area>,
+        mut u_direction: [f32; 2],
+        (time, wavelengths): (f32, &Wavelengths),
     ) -> Option<EmissionSample> {
-        let s = area.emitter.sample_area(u_position);
-
         // Half of the rays to either side if there are two; the number is used again.
         let (mut n, mut is_outside) = (s.n, true);
         if area.two_sided {
@@ -137,11 +140,16 @@ impl Lights {
     }
 
     /// Densities of [`Lights::sample_emission`] for a ray from `p` along `w` (away from the light); `n` is the normal
-    /// of an emitting surface. Position: per area of the surface, or of the disk across `w` for light from infinity, of
+    /// of an emitting surface, which may move. Position: per area of the surface, or of the disk across `w` for light from infinity, of
     /// which `p` may be any point of the ray.
     /// `None` for deltas.
     #[must_use]
-    pub fn emission_pdf(&self, light: LightId, p: Point, n: Option<Dir>, w: Dir) -> EmissionPdf {
+    pub fn emission_pdf(&self, light: LightId, p: Point, n: Option<Dir>, w: Dir, time: f32) -> EmissionPdf {
+        let by_cosine = |two_sided: bool| {
+            let cos = n.map_or(0.0, |n| n.dot(w));
+            let (cos, sides) = if two_sided { (cos.abs(), 2.0) } else { (cos.max(0.0), 1.0) };
+            Some(Pdf::new(cos * FRAC_1_PI / sides))
+        };
         match &self.list[light.index()] {
             Light::Dark => (Some(Pdf::ZERO), Some(Pdf::ZERO)),
             Light::Point(_) => (None, Some(warp::uniform_sphere_pdf())),
@@ -155,10 +163,10 @@ impl Lights {
                 let (position, direction) = l.emission_pdf(p, -w);
                 (Some(position), Some(direction))
             }
-            Light::Area(l) => {
-                let cos = n.map_or(0.0, |n| n.dot(w));
-                let cos = if l.two_sided { cos.abs() } else { cos.max(0.0) };
-                (Some(l.emitter.pdf_area(p)), Some(Pdf::new(cos * FRAC_1_PI / l.sides())))
+            Light::Area(l) => (Some(l.emitter.pdf_area(p)), by_cosine(l.two_sided)),
+            Light::Moving(l) => {
+                let position = n.map_or(Pdf::ZERO, |n| l.pdf_area(p, n, time));
+                (Some(position), by_cosine(l.area.two_sided))
             }
         }
     }
@@ -178,6 +186,9 @@ impl Lights {
             Light::Portal(l) => l.power(),
             Light::Area(l) => {
                 PI * l.sides() * l.emitter.area() * l.mean(&self.emissions[l.emission as usize])
+            }
+            Light::Moving(l) => {
+                PI * l.area.sides() * l.area() * l.area.mean(&self.emissions[l.area.emission as usize])
             }
         };
         if power.is_finite() { power.max(0.0) } else { f32::MAX }

@@ -37,6 +37,20 @@ pub(crate) struct PortalLight {
     power: f32,
 }
 
+/// The points before a portal, on the side to which light comes through it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side {
+    corner: Point,
+    n: Dir,
+}
+
+impl Side {
+    /// Is the point one of them?
+    pub(crate) fn holds(&self, p: Point) -> bool {
+        (self.corner - p).dot(self.n.0) > 0.0
+    }
+}
+
 /// What is behind the window.
 #[derive(Clone, Debug)]
 pub(crate) enum Sky {
@@ -158,13 +172,18 @@ impl PortalLight {
         self.window(from).filter(|window| (0..2).all(|i| p[i] >= window[i][0] && p[i] <= window[i][1]))
     }
 
+    /// Where its light can be.
+    pub(super) fn side(&self) -> Side {
+        Side { corner: self.corner, n: self.frame.n }
+    }
+
     /// The portal as seen from a point; `None` from its back.
     fn window(&self, from: Point) -> Option<Window> {
-        let d = self.corner - from;
-        let [x, y, z] = [d.dot(self.frame.s), d.dot(self.frame.t), d.dot(self.frame.n.0)];
-        if z <= 0.0 {
+        if !self.side().holds(from) {
             return None;
         }
+        let d = self.corner - from;
+        let [x, y, z] = [d.dot(self.frame.s), d.dot(self.frame.t), d.dot(self.frame.n.0)];
         let [low, high] = [Vec3::new(x, y, z), Vec3::new(x + self.size[0], y + self.size[1], z)].map(uv);
         Some([[low[0], high[0]], [low[1], high[1]]])
     }

@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use math::{Dir, Point, Transform, Vec2, Vec3};
+use math::{AnimatedTransform, Dir, Point, Transform, Vec2, Vec3};
 use scene_desc::AreaLightDesc;
 
 use super::emitter::{Cylinder, Disk, Emitter, Patch, Sphere, Triangle};
@@ -18,6 +18,8 @@ pub struct EmitterSource<'a> {
     pub flip: bool,
     /// Can rays hit it? `false` for an alpha of zero.
     pub visible: bool,
+    /// How it moves, if it does; its form is then that at the first key.
+    pub motion: Option<&'a AnimatedTransform>,
     /// What it emits.
     pub desc: &'a AreaLightDesc,
 }

@@ -28,6 +28,16 @@ impl PatchMesh {
         }
     }
 
+    /// The same patches where `t` leads.
+    pub(crate) fn placed(&self, t: &Transform) -> Self {
+        Self {
+            positions: self.positions.iter().map(|p| t.point(Point(*p)).0).collect(),
+            normals: self.normals.iter().map(|n| t.normal(Dir(*n)).0).collect(),
+            flip: super::flips(self.flip, t),
+            ..self.clone()
+        }
+    }
+
     /// Corners of a patch.
     pub(crate) fn corners(&self, patch: u32) -> [Vec3; 4] {
         self.indices[patch as usize].map(|i| self.positions[i as usize])

@@ -40,11 +40,10 @@ impl Strand {
 
     /// The surface at (u along the segment, v across) where the ray met it at `p`.
     pub(crate) fn at(&self, segment: u32, u: f32, v: f32, ray: &Ray, p: Point) -> LocalSurface {
-        let c = &self.segments[segment as usize];
         let n = self.segments.len() as f32;
         let along = (segment as f32 + u) / n;
         let width = self.width_at(along);
-        let tangent = derivative(c, u);
+        let tangent = self.tangent(segment, u);
         let axis = Dir::normalize(tangent);
 
         // Across the strand: turned to the ray, or by the ribbon's own normal.
@@ -77,7 +76,20 @@ impl Strand {
         }
     }
 
-    fn ribbon_normal(&self, segment: u32, u: f32) -> Vec3 {
+    /// The middle of the strand.
+    pub(crate) fn center(&self, segment: u32, u: f32) -> Vec3 {
+        let [a, b, c, d] = self.segments[segment as usize];
+        let (ab, bc, cd) = (a.lerp(b, u), b.lerp(c, u), c.lerp(d, u));
+        ab.lerp(bc, u).lerp(bc.lerp(cd, u), u)
+    }
+
+    /// Its derivative by `u`; the chord where it vanishes.
+    pub(crate) fn tangent(&self, segment: u32, u: f32) -> Vec3 {
+        derivative(&self.segments[segment as usize], u)
+    }
+
+    /// The normal that a ribbon is given there.
+    pub(crate) fn ribbon_normal(&self, segment: u32, u: f32) -> Vec3 {
         let (Some(a), Some(b)) = (self.normals.get(segment as usize), self.normals.get(segment as usize + 1))
         else {
             return Vec3::Z;

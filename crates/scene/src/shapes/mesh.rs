@@ -36,6 +36,17 @@ impl Mesh {
         }
     }
 
+    /// The same mesh where `t` leads.
+    pub(crate) fn placed(&self, t: &Transform) -> Self {
+        Self {
+            positions: self.positions.iter().map(|p| t.point(Point(*p)).0).collect(),
+            normals: self.normals.iter().map(|n| t.normal(Dir(*n)).0).collect(),
+            tangents: self.tangents.iter().map(|v| t.vector(*v)).collect(),
+            flip: super::flips(self.flip, t),
+            ..self.clone()
+        }
+    }
+
     /// Texture coordinates of a triangle's corners.
     pub(crate) fn corner_uvs(&self, triangle: u32) -> [Vec2; 3] {
         if self.uvs.is_empty() {

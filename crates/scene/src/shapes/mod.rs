@@ -9,6 +9,7 @@ mod local;
 mod loop_subdiv;
 mod mesh;
 mod quadric;
+mod tube;
 
 pub(crate) use bilinear::PatchMesh;
 pub(crate) use curve::Strand;
@@ -16,6 +17,7 @@ pub(crate) use local::LocalSurface;
 pub(crate) use loop_subdiv::subdivide;
 pub(crate) use mesh::Mesh;
 pub(crate) use quadric::{Quadric, QuadricKind};
+pub(crate) use tube::tube;
 
 use math::{Point, Ray, Transform};
 
@@ -32,7 +34,8 @@ pub struct Shape {
     pub material: MaterialId,
     /// The chance that a hit counts, if less than one somewhere.
     pub(crate) alpha: Option<FloatHandle>,
-    /// The light of its first primitive, if it emits; primitive `i` is light `first + i / primitives_per_light`.
+    /// The light of its first primitive, if it emits; primitive `i` is light `first + i / primitives_per_light`. In an
+    /// object, counted from the first light of the instance.
     pub(crate) first_light: Option<LightId>,
     pub(crate) primitives_per_light: u32,
     /// The media inside and outside, if it is a border of media.
@@ -73,6 +76,18 @@ impl ShapeGeometry {
             Self::Mesh(m) => m.uv(hit.primitive, hit.u, hit.v),
             Self::Patches(m) => m.uv(hit.primitive, hit.u, hit.v),
             Self::Quadric(_) | Self::Strand(_) => math::Vec2::new(hit.u, hit.v),
+        }
+    }
+
+    /// The same form where `t` leads.
+    pub(crate) fn placed(&self, t: &Transform) -> Self {
+        match self {
+            Self::Mesh(m) => Self::Mesh(m.placed(t)),
+            Self::Patches(m) => Self::Patches(m.placed(t)),
+            Self::Quadric(q) => {
+                Self::Quadric(Quadric { world_from_object: *t * q.world_from_object, ..q.clone() })
+            }
+            Self::Strand(s) => Self::Strand(s.clone()),
         }
     }
 

@@ -162,7 +162,7 @@ impl Emitter {
 }
 
 /// How the surface's point `p` is seen from `from`; `None` edge-on or where both coincide.
-fn geometry(from: Point, p: Point, n: Dir) -> Option<Geometry> {
+pub(super) fn geometry(from: Point, p: Point, n: Dir) -> Option<Geometry> {
     let d = from - p;
     let distance_squared = d.length_squared();
     let abs_cos = n.0.dot(d).abs() / distance_squared.sqrt();
