@@ -103,6 +103,11 @@ fn every_lamp_by_every_way() {
 fn lamps_in_motion_in_groups_and_on_strands() {
     let n = 2000;
     let way = (0..n).map(|i| disk_irradiance(-0.5 + 2.0 * (f64::from(i) + 0.5) / f64::from(n)));
+    // Places go straight from key to key, whatever turns.
+    let chord = (0..n).map(|i| {
+        let x = (f64::from(i) + 0.5) / f64::from(n);
+        disk_irradiance((0.3 - 0.7 * x).hypot(0.4 - 0.1 * x))
+    });
     let moving = format!(
         "ActiveTransform StartTime Translate -0.5 0 1\nActiveTransform EndTime Translate 1.5 0 1\nActiveTransform All\n\
          {LAMP}Shape \"disk\" \"float radius\" [1]"
@@ -124,7 +129,7 @@ fn lamps_in_motion_in_groups_and_on_strands() {
     // A tube of nine sides is not equally wide from everywhere.
     let lamps = [
         ("a disk that passes by", moving, way.sum::<f64>() / f64::from(n), 0.0),
-        ("a disk that turns about the point", turning, disk_irradiance(0.5), 0.0),
+        ("a disk that turns about the point", turning, chord.sum::<f64>() / f64::from(n), 0.0),
         ("a disk twice", group, disk_irradiance(0.5) + disk_irradiance(2.0), 0.0),
         ("a ribbon", strand("ribbon"), line, 1e-3),
         ("a flat strand", strand("flat"), line, 0.011),

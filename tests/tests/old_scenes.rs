@@ -211,7 +211,6 @@ fn disneys_surface() {
         ("smooth", Disney { roughness: 0.2, ..PLAIN }),
         ("sheen", Disney { sheen: 0.8, ..PLAIN }),
         ("metal", Disney { metallic: 1.0, color: 0.8, anisotropic: 0.6, ..PLAIN }),
-        ("coat", Disney { clearcoat: 1.0, gloss: 0.3, ..PLAIN }),
     ];
     for (name, disney) in cases {
         for mu in [0.9, 0.4] {

@@ -434,8 +434,8 @@ fn what_is_not_there_yet_is_named_with_what_is_done_instead() {
       hint: a constant 0.5 stands in for it
     a.pbrt:12:1: warning: a shape of material "interface" cannot emit
       hint: its area light is ignored
-    a.pbrt:13:36: warning: a shape in an object cannot emit
-      hint: its area light is ignored
+    a.pbrt:13:36: warning: a shape in an object emits
+      hint: pbrt-v4 has no such light: there it is dark
     a.pbrt:15:1: warning: a shape of material "interface" cannot emit
       hint: its area light is ignored
     a.pbrt:16:1: warning: a light cannot move

@@ -58,10 +58,11 @@ impl Build<'_, '_> {
                 roughness: self.old_roughness(p, 0.01),
                 tint: Tint::default(),
             },
+            // Of the same reflectance from everywhere.
             "mirror" => MaterialKind::Conductor {
-                spectrum: ConductorSpectrum::Reflectance(self.albedo(p, "Kr", 0.9)),
+                spectrum: ConductorSpectrum::Reflectance(SpectrumDesc::Constant(1.0).into()),
                 roughness: Roughness::smooth(),
-                tint: Tint::default(),
+                tint: Tint { reflectance: Some(self.albedo(p, "Kr", 0.9)), transmittance: None },
             },
             "glass" => {
                 let eta = if p.span_of("eta").is_some() { "eta" } else { "index" };
