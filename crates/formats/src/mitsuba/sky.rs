@@ -113,12 +113,10 @@ struct Map {
 }
 
 impl Map {
-    fn radiance(&self, [u, v]: [f64; 2]) -> [f64; 3] {
-        use std::f64::consts::{PI, TAU};
-        let (sin, z) = (trig::sin(PI * v), trig::cos(PI * v));
-        let d = DVec3::new(sin * trig::cos(TAU * u), sin * trig::sin(TAU * u), z);
+    /// Towards a direction.
+    fn radiance(&self, d: DVec3) -> [f64; 3] {
         let cos_sun = d.dot(self.sun);
-        let mut sum = self.sky.map_or([0.0; 3], |(sky, scale)| sky.radiance(z, cos_sun).map(|c| c * scale));
+        let mut sum = self.sky.map_or([0.0; 3], |(sky, scale)| sky.radiance(d.z, cos_sun).map(|c| c * scale));
         if let Some((disk, radius)) = self.disk
             && cos_sun >= trig::cos(radius)
         {
@@ -134,38 +132,46 @@ impl Map {
         let rows = columns / 2;
         let mut out = format!("PF\n{columns} {rows}\n-1.0\n").into_bytes();
         out.reserve(columns * rows * 12);
+        let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        let around: Vec<[f64; 2]> = (0..columns).map(|x| circle(middle(x, columns))).collect();
         // Half a pixel's diagonal, in radians, and a little more.
         let pixel = 2.5 / columns as f64 * std::f64::consts::TAU;
-        let border = self.disk.map(|(_, radius)| trig::cos((radius + pixel).min(3.0)));
+        let border = self.disk.map(|(_, r)| {
+            let inside = if r > pixel { trig::cos((r - pixel).min(3.0)) } else { 2.0 };
+            trig::cos((r + pixel).min(3.0))..inside
+        });
         for y in (0..rows).rev() {
-            for x in 0..columns {
+            let [z, sin] = circle(0.5 * middle(y, rows));
+            for (x, [cos_u, sin_u]) in around.iter().enumerate() {
+                let d = DVec3::new(sin * cos_u, sin * sin_u, z);
                 let at = |i: f64, j: f64| [(x as f64 + i) / columns as f64, (y as f64 + j) / rows as f64];
-                let center = at(0.5, 0.5);
-                let is_near = border.is_some_and(|b| self.cos_sun(center) >= b);
-                let rgb = if is_near { self.mean(at) } else { Self { disk: None, ..*self }.radiance(center) };
+                let is_cut = border.as_ref().is_some_and(|b| b.contains(&d.dot(self.sun)));
+                let rgb = if is_cut { self.mean(at) } else { self.radiance(d) };
                 out.extend(rgb.iter().flat_map(|c| (*c as f32).to_le_bytes()));
             }
         }
         out
     }
 
-    fn cos_sun(&self, [u, v]: [f64; 2]) -> f64 {
-        use std::f64::consts::{PI, TAU};
-        let sin = trig::sin(PI * v);
-        DVec3::new(sin * trig::cos(TAU * u), sin * trig::sin(TAU * u), trig::cos(PI * v)).dot(self.sun)
-    }
-
     fn mean(&self, at: impl Fn(f64, f64) -> [f64; 2]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for i in 0..FINE * FINE {
             let place = |k: usize| (k as f64 + 0.5) / FINE as f64;
-            let rgb = self.radiance(at(place(i % FINE), place(i / FINE)));
+            let [u, v] = at(place(i % FINE), place(i / FINE));
+            let ([z, sin], [cos_u, sin_u]) = (circle(0.5 * v), circle(u));
+            let rgb = self.radiance(DVec3::new(sin * cos_u, sin * sin_u, z));
             for (sum, c) in sum.iter_mut().zip(rgb) {
                 *sum += c / (FINE * FINE) as f64;
             }
         }
         sum
     }
+}
+
+/// Cosine and sine of a share of the full circle.
+fn circle(share: f64) -> [f64; 2] {
+    let angle = std::f64::consts::TAU * share;
+    [trig::cos(angle), trig::sin(angle)]
 }
 
 #[cfg(test)]
