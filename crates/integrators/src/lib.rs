@@ -15,6 +15,7 @@ mod guide;
 mod guided;
 mod irradiance_cache;
 mod light;
+mod manifold;
 mod many_light;
 mod mlt;
 mod path;

@@ -5,8 +5,8 @@ use scene_desc::{ParameterValue, SamplerDesc};
 
 use crate::parameters::{ParameterError, ParameterInfo, Parameters};
 use crate::{
-    Integrator, ao, bdpt, direct, guided, irradiance_cache, light, many_light, mlt, path, photon, recursive,
-    sppm, vcm,
+    Integrator, ao, bdpt, direct, guided, irradiance_cache, light, manifold, many_light, mlt, path, photon,
+    recursive, sppm, vcm,
 };
 
 /// What a person and the command line need to know of an integrator.
@@ -128,8 +128,11 @@ pub fn create<'a>(
     making: &Making<'_>,
 ) -> Result<(Box<dyn Integrator>, String), ParameterError> {
     let info = find(name)?;
-    let parameters = Parameters::new(name, &(info.parameters)(), given)?;
-    if let Some(reason) = (info.refuses)(making.scene) {
+    let infos = (info.parameters)();
+    let parameters = Parameters::new(name, &infos, given)?;
+    let has_manifold = infos.iter().any(|i| i.name == manifold::PARAMETER.name);
+    let of_manifold = || has_manifold.then(|| manifold::refuses(making.scene, &parameters)).flatten();
+    if let Some(reason) = (info.refuses)(making.scene).or_else(of_manifold) {
         return Err(ParameterError::Refused { integrator: name.to_owned(), reason });
     }
     Ok(((info.make)(&parameters, making), parameters.canonical()))

@@ -88,5 +88,5 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         merges: Vec::new(),
     });
     let weighting = Weighting { techniques, ..weighting(making.scene, shared::heuristic(p)) };
-    Box::new(Bidirectional { max_depth, roulette, weighting, layers: None, merging, sampler })
+    Box::new(Bidirectional { max_depth, roulette, weighting, layers: None, merging, manifold: None, sampler })
 }

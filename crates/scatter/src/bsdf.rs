@@ -314,6 +314,18 @@ impl Bsdf {
         dispatch!(self, b => b.is_isotropic())
     }
 
+    /// The delta of one side, of a surface of deltas alone; `None` if it has none there. Weight times probability is its
+    /// reflectance or transmittance (with 1/η² for radiance).
+    #[must_use]
+    pub fn specular(&self, wo: LocalDir, side: Side, mode: TransportMode) -> Option<BsdfSample> {
+        // Every kind chooses reflection by the first numbers and transmission by the last.
+        let u_lobe = match side {
+            Side::Reflection => 0.0,
+            Side::Transmission => 1.0_f32.next_down(),
+        };
+        self.sample(wo, u_lobe, [0.5; 2], mode).filter(|s| s.is_specular() && s.lobe.side == side)
+    }
+
     /// See [`BsdfKind::flags`].
     #[must_use]
     #[inline]
@@ -368,6 +380,43 @@ mod tests {
     fn a_bsdf_fits_in_160_bytes() {
         assert!(size_of::<Bsdf>() <= 160, "{}", size_of::<Bsdf>());
         assert!(size_of::<BsdfSample>() <= 64, "{}", size_of::<BsdfSample>());
+    }
+
+    #[test]
+    fn the_deltas_of_both_sides_are_those_that_are_drawn() {
+        let (white, half) = (Spectrum::ONE, Spectrum::splat(0.5));
+        let metal = Conductor::new(white, white * 2.0, crate::microfacet::Facets::SMOOTH);
+        let glass = Dielectric::new(1.5, [0.0; 2]);
+        let kinds: [Bsdf; 7] = [
+            metal.into(),
+            glass.into(),
+            Dielectric::new(1.0, [0.0; 2]).into(),
+            ThinDielectric::new(1.5).into(),
+            CompensatedConductor::new(metal).into(),
+            TintedDielectric::glass(glass, half, white).into(),
+            TintedDielectric::pane(ThinDielectric::new(1.5), white, half).into(),
+        ];
+        let mode = TransportMode::Radiance;
+        for bsdf in kinds {
+            assert!(bsdf.is_delta_only());
+            for z in [0.8, -0.8] {
+                let wo = LocalDir::new(0.36, -0.48, z);
+                for (side, flag) in [
+                    (Side::Reflection, LobeFlags::SPECULAR_REFLECTION),
+                    (Side::Transmission, LobeFlags::SPECULAR_TRANSMISSION),
+                ] {
+                    let found = bsdf.specular(wo, side, mode);
+                    assert_eq!(found.is_some(), bsdf.flags().intersects(flag), "{} {side:?}", bsdf.name());
+                    // Whatever is drawn of this side is the same.
+                    for i in 0..64 {
+                        let drawn = bsdf.sample(wo, i as f32 / 64.0, [0.3, 0.7], mode);
+                        if let Some(s) = drawn.filter(|s| s.lobe.side == side) {
+                            assert_eq!(Some(s), found, "{}", bsdf.name());
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod materials;
 mod media;
 mod scene;
 mod shapes;
+mod specular;
 mod surroundings;
 mod textures;
 
@@ -24,12 +25,14 @@ pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, Place, SurfaceInteraction, TextureContext};
 pub use light_select::LightSelector;
 pub use lights::{
-    EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightSample, Lights, LightsBuilder,
+    EmissionSample, EmitterGeometry, EmitterSource, LightImage, LightPlace, LightSample, Lights,
+    LightsBuilder,
 };
 pub use materials::{Materials, Shading};
 pub use media::{Flight, Media};
 pub use scene::{Scene, SceneCounts, SceneSettings, segment};
-pub use shapes::Shape;
+pub use shapes::{Curvature, Shape};
+pub use specular::SpecularSurfaces;
 pub use surroundings::{BodyId, Surroundings};
 pub use textures::{
     FloatHandle, Images, SpectrumHandle, SpectrumRole, TextureCompiler, TextureImage, Textures, color_space,

@@ -205,6 +205,31 @@ impl Materials {
         })
     }
 
+    /// Does the shading normal follow from the form alone, and its surface from the place without chance?
+    pub(crate) fn is_steady(&self, id: MaterialId) -> bool {
+        let material = &self.list[id.index()];
+        match &material.surface {
+            Surface::Look(_) => material.relief == Relief::None,
+            Surface::TwoSided { front, back } => self.is_steady(*front) && self.is_steady(*back),
+            Surface::Mix { .. } | Surface::Pane(_) | Surface::Interface => false,
+        }
+    }
+
+    /// May a surface of it be a steady one that mirrors or refracts, and scatters no other way?
+    pub(crate) fn may_be_specular(&self, id: MaterialId) -> bool {
+        let material = &self.list[id.index()];
+        match (&material.surface, &material.constant) {
+            (Surface::Look(_), Some(bsdf)) => {
+                material.relief == Relief::None && bsdf.has_delta() && bsdf.is_delta_only()
+            }
+            (Surface::Look(look), None) => material.relief == Relief::None && look.may_be_specular(),
+            (Surface::TwoSided { front, back }, _) => {
+                self.may_be_specular(*front) || self.may_be_specular(*back)
+            }
+            (Surface::Mix { .. } | Surface::Pane(_) | Surface::Interface, _) => false,
+        }
+    }
+
     /// What is under the surfaces of each material, in order.
     pub(crate) fn interiors(&self) -> &[Option<Interior>] {
         &self.interiors

@@ -9,7 +9,7 @@ use crate::light_select::LightSelector;
 use crate::lights::{LightSample, Lights};
 use crate::materials::{Gaps, Materials, Shading};
 use crate::media::Media;
-use crate::shapes::{LocalSurface, Shape, ShapeGeometry};
+use crate::shapes::{Curvature, LocalSurface, Shape, ShapeGeometry};
 use crate::surroundings::Bodies;
 use crate::textures::Textures;
 use crate::{
@@ -234,6 +234,36 @@ impl Scene {
             material: shape.material,
             light: shape.first_light.map(|l| self.light_of(hit, shape, l)),
         }
+    }
+
+    /// How the shading normal changes about a hit; `None` where [`Scene::is_steady`] is not true of it.
+    #[must_use]
+    pub fn curvature(&self, ray: &Ray, hit: &Hit) -> Option<Curvature> {
+        let shape = &self.shapes[self.shape_of(hit).index()];
+        if !self.materials.is_steady(shape.material) {
+            return None;
+        }
+        let p = ray.at(hit.t);
+        if hit.instance == NO_INSTANCE {
+            return shape.geometry.curvature(hit, p);
+        }
+        let world_from_object = self.instances[hit.instance as usize].world_from_object.at(ray.time);
+        let local = shape.geometry.curvature(hit, world_from_object.inverse().point(p))?;
+        Some(local.transformed(&world_from_object))
+    }
+
+    /// Does the shading normal follow from the form alone (no bump or normal map, no strand), and its BSDF from the place without
+    /// chance (no mixture)?
+    #[must_use]
+    pub fn is_steady(&self, si: &SurfaceInteraction) -> bool {
+        let is_strand = matches!(self.shape(si.shape).geometry, ShapeGeometry::Strand(_));
+        !is_strand && self.materials.is_steady(si.material)
+    }
+
+    /// Does chance decide whether a ray meets a surface: cut-outs, panes of glass, mixtures with borders of media?
+    #[must_use]
+    pub fn has_surfaces_by_chance(&self) -> bool {
+        self.hit_filter || self.shapes.iter().any(|s| s.gaps == Gaps::Somewhere)
     }
 
     /// The BSDF of a surface in its (bumped) frame, to which a ray came through `around`; `None` for a border of media

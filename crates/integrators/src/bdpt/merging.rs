@@ -161,6 +161,7 @@ impl Joint<'_> {
             from_eye: v.reverse,
             is_delta: v.is_delta(),
             merge,
+            ..Link::default()
         });
         let weighting = self.weighting;
         let links = self.gather_merged(std::iter::once(start).chain(of_light), i + 2);

@@ -5,11 +5,13 @@
 //! splat, an estimate of the whole film's integral (see `scene::Camera`). Weights leave out Russian roulette, which
 //! depends on the throughput and not on the path alone; the mean is right all the same.
 //!
-//! Cannot find: light of a delta light that reaches a pinhole over delta surfaces at both ends, such as a point
-//! lamp's caustic seen in a mirror.
+//! Cannot find without `manifold`: light of a delta light that reaches a pinhole over delta surfaces at both ends, such as a
+//! point lamp's caustic seen in a mirror.
 
 mod layers;
+mod links;
 mod merging;
+mod over_deltas;
 mod strategies;
 mod weight;
 
@@ -20,12 +22,13 @@ use scene::Scene;
 use spectrum::Wavelengths;
 
 pub(crate) use merging::Merging;
-pub(crate) use strategies::{Joint, Subpaths};
+pub(crate) use strategies::{Contribution, Joint, Subpaths};
 pub(crate) use weight::{Emitters, Merges, Techniques, Weighting};
 
 use layers::{LayerSample, Layers};
 
 use crate::common::{CameraStart, LightStart, Roulette, Shared, Subpath, Walk, sampler_of};
+use crate::manifold::{self, Manifold};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
 use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepared};
@@ -34,7 +37,8 @@ use crate::{Cell, CellOutput, Channels, Counters, Integrator, PassContext, Prepa
 pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "bdpt",
     purpose: "walks from the eye and from the lights, joined in every way: lamps behind shades, caustics",
-    misses: "caustics of point lights seen in mirrors or through smooth glass; slower than path where light is easy",
+    misses: "caustics of point lights seen in mirrors or through smooth glass, but for manifold=2; slower than path where light is \
+             easy",
     unbiased: true,
     refuses: refuses_for_light_paths,
     parameters,
@@ -56,20 +60,23 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Integer(5),
             doc: "most scattering events of the paths whose strategies are shown",
         },
+        manifold::PARAMETER,
     ]
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let heuristic = shared::heuristic(p);
+    let manifold = Manifold::of(making.scene, p);
+    let longest = manifold.as_ref().map_or(0, |m| m.longest);
     Box::new(Bidirectional {
         max_depth: p.limit("max_depth"),
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
-        weighting: weighting(making.scene, heuristic),
+        weighting: Weighting { manifold: longest, ..weighting(making.scene, shared::heuristic(p)) },
         layers: (p.text("show") == "strategies").then(|| {
             let depth = p.limit("max_depth").min(p.integer("show_depth")).min(MOST_SHOWN);
             Layers::new(depth as usize, making.scene.camera.has_lens())
         }),
         merging: None,
+        manifold,
         sampler: sampler_of(making.sampler, making.seed),
     })
 }
@@ -84,6 +91,7 @@ pub(crate) fn weighting(scene: &Scene, heuristic: Heuristic) -> Weighting {
         techniques: Techniques::BIDIRECTIONAL,
         lens_is_hittable: scene.camera.has_lens(),
         light_share: scene.settings().sample_bounds().area() as f32 / scene.camera.n_pixels(),
+        manifold: 0,
     }
 }
 
@@ -96,6 +104,8 @@ pub(crate) struct Bidirectional {
     pub(crate) layers: Option<Layers>,
     /// Photons, if they are merged with.
     pub(crate) merging: Option<Merging>,
+    /// Searches for paths that nothing else makes, if any are left to it.
+    pub(crate) manifold: Option<Manifold>,
     pub(crate) sampler: Sampler,
 }
 
@@ -170,6 +180,10 @@ impl Bidirectional {
             let merged = self.merge(scene, merging, (sampler, wl), work, out);
             radiance = [0, 1, 2].map(|i| radiance[i] + merged[i]);
         }
+        if let Some(manifold) = &self.manifold {
+            let found = self.over_deltas(scene, manifold, (sampler, wl), work, out);
+            radiance = [0, 1, 2].map(|i| radiance[i] + found[i]);
+        }
         out.tile.add_sample(pixel, u, radiance);
         if let Some(layers) = &self.layers {
             layers.end(&work.shown, &mut out.tile, pixel, u);
@@ -212,6 +226,33 @@ impl Bidirectional {
             }
         }
         work.paths.near = near;
+        radiance
+    }
+
+    /// What no connection makes, by manifold sampling: radiance of the pixel.
+    fn over_deltas(
+        &self,
+        scene: &Scene,
+        manifold: &Manifold,
+        (sampler, wl): (&mut Sampler, Wavelengths),
+        work: &mut Work,
+        out: &mut CellOutput,
+    ) -> [f32; 3] {
+        let Work { paths, shown } = work;
+        let mut radiance = [0.0; 3];
+        for i in 0..paths.eye.vertices.len() {
+            let left = (self.max_depth as usize).saturating_sub(paths.eye.events(i + 1));
+            for n in 1..=manifold.longest.min(left) {
+                let (paths, counters) = (&mut *paths, &mut out.counters);
+                let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
+                let Some(found) = joint.over_deltas(manifold, i, n) else { continue };
+                let rgb = scene.film_rgb(found, &wl);
+                radiance = [0, 1, 2].map(|c| radiance[c] + rgb[c]);
+                if let Some(layers) = &self.layers {
+                    layers.add(shown, (0, i + n + 3), [rgb; 2]);
+                }
+            }
+        }
         radiance
     }
 

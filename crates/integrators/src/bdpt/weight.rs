@@ -38,6 +38,8 @@ pub(crate) struct Link {
     pub(crate) is_delta: bool,
     /// N π r² where photons are gathered, N 4/3 π r³ σt in media; zero where they are not.
     pub(crate) merge: f32,
+    /// Does it leave it by a delta over which [`crate::manifold`] finds light? Known where the weighting asks for it.
+    pub(crate) is_passable: bool,
 }
 
 /// How a path's place on the light may be found (a ray that hits it is in the links).
@@ -106,6 +108,8 @@ pub(crate) struct Weighting {
     pub(crate) lens_is_hittable: bool,
     /// Light paths per camera path of the whole film.
     pub(crate) light_share: f32,
+    /// Most deltas at the end of a path that manifold sampling finds; zero for none.
+    pub(crate) manifold: usize,
 }
 
 impl Weighting {
@@ -118,6 +122,18 @@ impl Weighting {
             (_, 0 | 1) => lens,
             _ => connections,
         }
+    }
+
+    /// Is a path made by manifold sampling alone (see `bdpt::over_deltas`)? That is all paths that nothing can be connected in and
+    /// whose last vertex that is no delta is as few as [`Self::manifold`] passable ones away from the light.
+    pub(crate) fn is_left_to_manifold(&self, links: &[Link]) -> bool {
+        if self.manifold == 0 {
+            return false;
+        }
+        let n = links[1..].iter().take_while(|l| l.is_passable).count();
+        let from = &links[1 + n..];
+        let is_found = (1..=self.manifold).contains(&n) && from.len() > 1 && !from[0].is_delta;
+        is_found && from.windows(2).all(|edge| edge[0].is_delta || edge[1].is_delta)
     }
 
     /// The weight of one way of making a path.
@@ -220,7 +236,13 @@ mod tests {
     /// Weights of all strategies of one path add up to one, whatever is possible: what makes the sum unbiased.
     #[test]
     fn weights_of_all_strategies_add_up_to_one() {
-        let link = |a: f32, b: f32, is_delta| Link { from_light: a, from_eye: b, is_delta, merge: 3.0 * b };
+        let link = |a: f32, b: f32, is_delta| Link {
+            from_light: a,
+            from_eye: b,
+            is_delta,
+            merge: 3.0 * b,
+            is_passable: false,
+        };
         let path = [
             link(0.0, 0.7, false),
             link(2.0, 0.1, false),
@@ -239,7 +261,8 @@ mod tests {
             for (is_hittable, lens_is_hittable) in
                 [(true, true), (true, false), (false, true), (false, false)]
             {
-                let weighting = Weighting { heuristic, techniques, lens_is_hittable, light_share: 0.7 };
+                let weighting =
+                    Weighting { heuristic, techniques, lens_is_hittable, light_share: 0.7, manifold: 0 };
                 for n in 2..=path.len() {
                     let end = LightEnd { emit: 0.4, direct: 3.0, is_hittable };
                     let mut links = path[..n].to_vec();
@@ -267,11 +290,12 @@ mod tests {
     /// Merging at m is like joining m + 1 vertices from the light with the eye's own way to the last of them.
     #[test]
     fn merging_weighs_by_the_densities_of_both_walks() {
-        let link = |a: f32, b: f32, merge: f32| Link { from_light: a, from_eye: b, is_delta: false, merge };
+        let link = |a: f32, b: f32, merge: f32| Link { from_light: a, from_eye: b, merge, ..Link::default() };
         let path = [link(0.0, 2.0, 0.0), link(3.0, 5.0, 0.01), link(7.0, 11.0, 0.02), link(13.0, 17.0, 0.0)];
         let end = LightEnd { emit: 0.5, direct: 0.25, is_hittable: true };
         let heuristic = Heuristic::Balance;
-        let weighting = Weighting { heuristic, techniques: ALL, lens_is_hittable: false, light_share: 1.0 };
+        let weighting =
+            Weighting { heuristic, techniques: ALL, lens_is_hittable: false, light_share: 1.0, manifold: 0 };
         let joins = [
             2.0 * 5.0 * 11.0 * 17.0,
             0.25 * 5.0 * 11.0 * 17.0,
@@ -292,7 +316,7 @@ mod tests {
 
     #[test]
     fn the_balance_heuristic_is_in_proportion_to_the_densities() {
-        let link = |a: f32, b: f32| Link { from_light: a, from_eye: b, is_delta: false, merge: 0.0 };
+        let link = |a: f32, b: f32| Link { from_light: a, from_eye: b, ..Link::default() };
         let path = [link(0.0, 2.0), link(3.0, 5.0), link(7.0, 11.0), link(13.0, 17.0)];
         let end = LightEnd { emit: 0.5, direct: 0.25, is_hittable: true };
         let weighting = Weighting {
@@ -300,6 +324,7 @@ mod tests {
             techniques: Techniques::BIDIRECTIONAL,
             lens_is_hittable: true,
             light_share: 0.1,
+            manifold: 0,
         };
         let densities = [
             2.0 * 5.0 * 11.0 * 17.0,
@@ -311,6 +336,43 @@ mod tests {
         let sum: f32 = densities.iter().sum();
         for (s, p) in densities.iter().enumerate() {
             assert!((weighting.weight(&path, &end, Strategy::Join(s)) - p / sum).abs() < 1e-6, "{s}");
+        }
+    }
+
+    /// Letters from the light to the lens: D scatters, S is a delta that may be passed, X one that may not.
+    #[test]
+    fn what_nothing_else_connects_is_left_to_manifold_sampling() {
+        let weighting = |manifold| Weighting {
+            heuristic: Heuristic::Power,
+            techniques: Techniques::BIDIRECTIONAL,
+            lens_is_hittable: true,
+            light_share: 1.0,
+            manifold,
+        };
+        for (path, longest, is_left) in [
+            ("SDS", 1, true),
+            ("SDS", 0, false),
+            ("SSDS", 1, false),
+            ("SSDS", 2, true),
+            ("SDX", 1, true),
+            ("XDS", 1, false),
+            ("SDSDS", 1, true),
+            ("SDSSDS", 1, true),
+            // Connected: to the lens, and between two that scatter.
+            ("SD", 1, false),
+            ("SDSD", 1, false),
+            ("SDDS", 1, false),
+            // Next-event estimation.
+            ("DS", 1, false),
+            // From the eye over deltas alone.
+            ("SS", 2, false),
+            ("S", 2, false),
+            ("SX", 2, false),
+            ("", 2, false),
+        ] {
+            let of = |c: char| Link { is_delta: c != 'D', is_passable: c == 'S', ..Link::default() };
+            let links: Vec<_> = "D".chars().chain(path.chars()).chain("D".chars()).map(of).collect();
+            assert_eq!(weighting(longest).is_left_to_manifold(&links), is_left, "{path} {longest}");
         }
     }
 }

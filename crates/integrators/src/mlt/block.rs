@@ -13,7 +13,7 @@ use scene::Scene;
 
 use super::plan::Plan;
 use super::space::{Change, EYE, N_STREAMS, Numbers, Technique, change, remember};
-use super::target::{Seeds, Target, Value, of_technique};
+use super::target::{Seeds, Target, Value, World, of_technique};
 use crate::Counters;
 use crate::bdpt::Weighting;
 
@@ -86,11 +86,11 @@ pub(super) struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    pub(super) fn new(rules: Rules, plan: &'a Plan, scene: &'a Scene, key: u64, places: Places) -> Self {
+    pub(super) fn new(rules: Rules, plan: &'a Plan, world: World<'a>, key: u64, places: Places) -> Self {
         Self {
             rules,
             plan,
-            target: Target::new(scene, rules.weighting, &plan.map),
+            target: Target::new(world, rules.weighting, &plan.map),
             key,
             rng: Rng::from_parts(&[key, 1]),
             places,
@@ -279,18 +279,23 @@ impl<'a> Block<'a> {
         (proposed, changes, correction)
     }
 
-    /// One vertex more or less, from the eye or from the light; as likely back. No events: there is no such path.
+    /// One vertex more or less, from the eye, or from the light or over a chain to it; as likely back. No events: there is no such
+    /// path.
     fn lengthened(&mut self, t: Technique) -> Technique {
-        let none = Technique { events: 0, s: 0 };
-        let has_lens = self.target.scene.camera.has_lens();
-        let (events, s) = match (self.rng.next_f32() * 4.0) as u32 {
-            0 => (t.events + 1, t.s),
-            1 => (t.events - 1, t.s),
-            2 => (t.events + 1, t.s + 1),
-            _ if t.s == 0 => return none,
-            _ => (t.events - 1, t.s - 1),
+        let none = Technique::default();
+        let Technique { events, s, chain } = t;
+        // A chain has at least one delta, and no walk from the light beside it.
+        let [n, least] = if chain == 0 { [s, 0] } else { [chain, 1] };
+        let (events, n) = match (self.rng.next_f32() * 4.0) as u32 {
+            0 => (events + 1, n),
+            1 => (events - 1, n),
+            2 => (events + 1, n + 1),
+            _ if n == least => return none,
+            _ => (events - 1, n - 1),
         };
-        if s < Technique::of_events(events, has_lens) { Technique { events, s } } else { none }
+        let longer =
+            if chain == 0 { Technique { events, s: n, chain } } else { Technique { events, s, chain: n } };
+        if self.target.kinds.has(longer) { longer } else { none }
     }
 }
 

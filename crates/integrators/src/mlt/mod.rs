@@ -35,8 +35,11 @@ use scene::Scene;
 
 use self::block::{Block, Places, Rules, Survival};
 use self::plan::Plan;
-use crate::bdpt::weighting;
+use self::space::Kinds;
+use self::target::World;
+use crate::bdpt::{Weighting, weighting};
 use crate::common::{DirectionSampling, PixelLoop, Roulette, sampler_of};
+use crate::manifold::{self, Manifold};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
 use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
@@ -73,6 +76,7 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Integer(4096),
             doc: "paths that are traced before the first pass, to see how bright the image is and where",
         },
+        manifold::PARAMETER,
     ]
 }
 
@@ -89,17 +93,20 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         },
         sampler: sampler_of(making.sampler, making.seed),
     };
+    let manifold = Manifold::of(scene, p);
+    let longest = manifold.as_ref().map_or(0, |m| m.longest);
+    let weighting = Weighting { manifold: longest, ..weighting(scene, shared::heuristic(p)) };
     let rules = Rules {
-        weighting: weighting(scene, shared::heuristic(p)),
+        weighting,
         max_depth: p.limit("max_depth"),
         survival: Survival::in_scene(scene),
         mutations: p.integer("mutations"),
         chain: p.integer("chain").max(1),
         large_steps: p.float("large_steps").clamp(0.0, 1.0),
     };
-    let plan = Plan::blank(scene.settings().sample_bounds(), &rules, scene.camera.has_lens());
+    let plan = Plan::blank(scene.settings().sample_bounds(), &rules, Kinds::of(scene, &weighting));
     let pilot = Some(p.integer("pilot").min(MOST_PILOTS) as usize);
-    Box::new(Metropolis { directly, seed: making.seed, rules, plan, pilot })
+    Box::new(Metropolis { directly, seed: making.seed, rules, manifold, plan, pilot })
 }
 
 /// More paths before the first pass would be of no use.
@@ -113,9 +120,16 @@ struct Metropolis {
     directly: PixelLoop<Path>,
     seed: u64,
     rules: Rules,
+    manifold: Option<Manifold>,
     plan: Plan,
     /// Paths of the pilot; `None` once it is home.
     pilot: Option<usize>,
+}
+
+impl Metropolis {
+    fn world<'a>(&'a self, scene: &'a Scene) -> World<'a> {
+        World { scene, manifold: self.manifold.as_ref() }
+    }
 }
 
 /// Keeps the numbers of chains apart from those of samplers.
@@ -128,7 +142,7 @@ impl Integrator for Metropolis {
 
     fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
         let Some(samples) = self.pilot.take() else { return Prepared::default() };
-        let (plan, counters) = Plan::by_pilot(ctx.scene, self.rules, samples, self.seed);
+        let (plan, counters) = Plan::by_pilot(self.world(ctx.scene), self.rules, samples, self.seed);
         self.plan = plan;
         Prepared { counters, warning: None }
     }
@@ -150,7 +164,7 @@ impl Integrator for Metropolis {
                 let key = key.iter().fold(CHAIN, |h, &x| combine(h, x));
                 let stride = self.light_blocks(ctx.scene) as usize;
                 let places = Places { first: number as usize, stride, of: n_samples(ctx.scene) };
-                let mut block = Block::new(self.rules, &self.plan, ctx.scene, key, places);
+                let mut block = Block::new(self.rules, &self.plan, self.world(ctx.scene), key, places);
                 block.run(&mut |raster, rgb| out.splats.add(raster, rgb));
                 out.counters.add(&block.counters());
             }

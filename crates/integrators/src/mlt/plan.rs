@@ -5,11 +5,11 @@
 
 use math::Bounds2i;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
-use scene::Scene;
 
 use super::block::{Block, MOST_EVENTS, Places, Rules, Survival};
 use super::map::Map;
-use super::space::Technique;
+use super::space::{Kinds, Technique};
+use super::target::World;
 use crate::Counters;
 
 /// Keeps the numbers of the pilot apart from those of passes.
@@ -30,16 +30,16 @@ pub(super) struct Plan {
 
 impl Plan {
     /// Knows nothing.
-    pub(super) fn blank(region: Bounds2i, rules: &Rules, has_lens: bool) -> Self {
-        let techniques = Techniques::new(rules, has_lens, &[]);
+    pub(super) fn blank(region: Bounds2i, rules: &Rules, kinds: Kinds) -> Self {
+        let techniques = Techniques::new(rules, kinds, &[]);
         Self { mean: 0.0, map: Map::even(region), techniques }
     }
 
     /// Two rounds of `samples` samples: for mean and techniques, and then, with chains, for the map.
-    pub(super) fn by_pilot(scene: &Scene, rules: Rules, samples: usize, seed: u64) -> (Self, Counters) {
-        let region = scene.settings().sample_bounds();
-        let has_lens = scene.camera.has_lens();
-        let mut plan = Self::blank(region, &rules, has_lens);
+    pub(super) fn by_pilot(world: World<'_>, rules: Rules, samples: usize, seed: u64) -> (Self, Counters) {
+        let region = world.scene.settings().sample_bounds();
+        let kinds = Kinds::of(world.scene, &rules.weighting);
+        let mut plan = Self::blank(region, &rules, kinds);
         let mut counters = Counters::default();
         if region.area() == 0 || samples == 0 || rules.max_depth == 0 {
             return (plan, counters);
@@ -53,26 +53,26 @@ impl Plan {
         let rounds: Vec<_> = (0..blocks)
             .into_par_iter()
             .map(|b| {
-                let mut block = Block::new(rules, &plan, scene, key(0, b), places(b));
-                let mut masses = Masses::default();
+                let mut block = Block::new(rules, &plan, world, key(0, b), places(b));
+                let mut masses = Masses::new(kinds);
                 block.sample(&mut |technique, value, survival, _| {
                     masses.add(technique, f64::from(value.size / survival));
                 });
                 (masses, block.counters())
             })
             .collect();
-        let mut masses = Masses::default();
+        let mut masses = Masses::new(kinds);
         for (m, c) in &rounds {
             masses.merge(m);
             counters.add(c);
         }
         plan.mean = masses.total() / samples as f64;
-        plan.techniques = Techniques::new(&rules, has_lens, &masses.0);
+        plan.techniques = Techniques::new(&rules, kinds, &masses.sums);
 
         let rounds: Vec<_> = (0..blocks)
             .into_par_iter()
             .map(|b| {
-                let mut block = Block::new(rules, &plan, scene, key(1, b), places(b));
+                let mut block = Block::new(rules, &plan, world, key(1, b), places(b));
                 let mut sums = vec![0.0_f64; plan.map.n_cells()];
                 block.run(&mut |raster, rgb| {
                     let size = f64::from(rgb.iter().map(|c| c.abs()).sum::<f32>() / 3.0);
@@ -94,33 +94,34 @@ impl Plan {
     }
 }
 
-/// What each technique makes, in the order of [`index`].
-#[derive(Clone, Debug, Default)]
-struct Masses(Vec<f64>);
+/// What each technique makes, in the order of [`Kinds::index`].
+#[derive(Clone, Debug)]
+struct Masses {
+    kinds: Kinds,
+    sums: Vec<f64>,
+}
 
 impl Masses {
+    fn new(kinds: Kinds) -> Self {
+        Self { kinds, sums: Vec::new() }
+    }
+
     fn add(&mut self, technique: Technique, mass: f64) {
-        let i = index(technique);
-        if self.0.len() <= i {
-            self.0.resize(i + 1, 0.0);
+        let i = self.kinds.index(technique);
+        if self.sums.len() <= i {
+            self.sums.resize(i + 1, 0.0);
         }
-        self.0[i] += mass;
+        self.sums[i] += mass;
     }
 
     fn merge(&mut self, other: &Self) {
-        self.0.resize(self.0.len().max(other.0.len()), 0.0);
-        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += b);
+        self.sums.resize(self.sums.len().max(other.sums.len()), 0.0);
+        self.sums.iter_mut().zip(&other.sums).for_each(|(a, b)| *a += b);
     }
 
     fn total(&self) -> f64 {
-        self.0.iter().sum()
+        self.sums.iter().sum()
     }
-}
-
-/// Techniques one after the other: 1 event and s = 0 to 3, 2 events and s = 0 to 4, and so on.
-fn index(t: Technique) -> usize {
-    let n = t.events as usize;
-    (n - 1) * (n + 6) / 2 + t.s as usize
 }
 
 /// Part of the large steps that go to any technique, whatever the pilot found.
@@ -130,7 +131,7 @@ const ANY: f32 = 0.15;
 #[derive(Clone, Debug)]
 pub(super) struct Techniques {
     max_events: u32,
-    has_lens: bool,
+    kinds: Kinds,
     survival: Survival,
     /// Of the pilot's masses, summed up to each; empty if it found nothing.
     sums: Vec<f64>,
@@ -139,7 +140,7 @@ pub(super) struct Techniques {
 }
 
 impl Techniques {
-    fn new(rules: &Rules, has_lens: bool, masses: &[f64]) -> Self {
+    fn new(rules: &Rules, kinds: Kinds, masses: &[f64]) -> Self {
         let (max_events, survival) = (rules.max_depth.min(MOST_EVENTS), rules.survival);
         let mut sums: Vec<f64> = masses
             .iter()
@@ -152,18 +153,13 @@ impl Techniques {
             sums.clear();
         }
         let survivals = (1..=max_events).map(|n| f64::from(survival.chance(n))).sum();
-        Self { max_events, has_lens, survival, sums, survivals }
+        Self { max_events, kinds, survival, sums, survivals }
     }
 
     pub(super) fn sample(&self, [u_kind, u, u_s]: [f32; 3]) -> Technique {
         if let Some(total) = self.sums.last().filter(|_| u_kind >= ANY) {
             let at = self.sums.partition_point(|s| *s <= f64::from(u) * total);
-            let mut events = 1;
-            while index(Technique { events: events + 1, s: 0 }) <= at {
-                events += 1;
-            }
-            let s = (at - index(Technique { events, s: 0 })) as u32;
-            return Technique { events, s };
+            return self.kinds.at(at);
         }
         let mut rest = f64::from(u) * self.survivals;
         let mut events = 1;
@@ -171,15 +167,15 @@ impl Techniques {
             rest -= f64::from(self.survival.chance(events));
             events += 1;
         }
-        let n = Technique::of_events(events, self.has_lens);
-        Technique { events, s: ((u_s * n as f32) as u32).min(n - 1) }
+        let n = self.kinds.count(events);
+        self.kinds.nth(events, ((u_s * n as f32) as u32).min(n - 1))
     }
 
     pub(super) fn probability(&self, technique: Technique) -> f32 {
-        let n = Technique::of_events(technique.events, self.has_lens);
+        let n = self.kinds.count(technique.events);
         let any = f64::from(self.survival.chance(technique.events)) / (self.survivals * f64::from(n));
         let Some(total) = self.sums.last() else { return any as f32 };
-        let i = index(technique);
+        let i = self.kinds.index(technique);
         let mass = match self.sums.get(i) {
             Some(sum) => sum - i.checked_sub(1).map_or(0.0, |i| self.sums[i]),
             None => 0.0,
@@ -201,6 +197,7 @@ mod tests {
             techniques: Ways::BIDIRECTIONAL,
             lens_is_hittable: false,
             light_share: 1.0,
+            manifold: 0,
         },
         max_depth: 0,
         survival: Survival::WITHOUT_MEDIA,
@@ -212,21 +209,28 @@ mod tests {
     #[test]
     fn techniques_have_the_probabilities_that_are_told() {
         let masses = [0.0, 3.0, 1.0, 0.0, 2.0, 0.0, 4.0];
-        for (max, masses) in [(1, &masses[..3]), (3, &masses[..]), (3, &[]), (u32::MAX, &masses[..])] {
-            let techniques = Techniques::new(&Rules { max_depth: max, ..RULES }, false, masses);
+        for (max, chain, masses) in [
+            (1, 0, &masses[..3]),
+            (3, 0, &masses[..]),
+            (3, 0, &[]),
+            (u32::MAX, 0, &masses[..]),
+            (4, 2, &masses[..]),
+        ] {
+            let kinds = Kinds { has_lens: false, chain };
+            let techniques = Techniques::new(&Rules { max_depth: max, ..RULES }, kinds, masses);
             let (n, mut rng) = (200_000, Rng::from_parts(&[3]));
-            let mut counts = [0_u32; 40];
+            let mut counts = [0_u32; 60];
             for _ in 0..n {
                 let t = techniques.sample([rng.next_f32(), rng.next_f32(), rng.next_f32()]);
-                assert!(t.events >= 1 && t.events <= max && t.s < t.events + 2, "{t:?}");
-                if let Some(c) = counts.get_mut(index(t)) {
+                assert!(t.events >= 1 && t.events <= max && (kinds.has(t) || !masses.is_empty()), "{t:?}");
+                if let Some(c) = counts.get_mut(kinds.index(t)) {
                     *c += 1;
                 }
             }
             for events in 1..=max.min(4) {
-                for s in 0..events + 2 {
-                    let t = Technique { events, s };
-                    let (p, c) = (techniques.probability(t), counts[index(t)] as f32 / n as f32);
+                for i in 0..kinds.count(events) {
+                    let t = kinds.nth(events, i);
+                    let (p, c) = (techniques.probability(t), counts[kinds.index(t)] as f32 / n as f32);
                     // Five standard deviations.
                     assert!((p - c).abs() < 5.0 * (p / n as f32).sqrt() + 1e-6, "{max} {t:?}: {p} {c}");
                 }

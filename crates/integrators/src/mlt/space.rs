@@ -9,6 +9,9 @@
 
 use math::trig;
 use sampling::rng::Rng;
+use scene::Scene;
+
+use crate::bdpt::Weighting;
 
 /// The three streams of numbers.
 pub(super) const N_STREAMS: usize = 3;
@@ -26,16 +29,81 @@ pub(super) struct Technique {
     pub(super) events: u32,
     /// Vertices from the light; events + 2 − s come from the eye.
     pub(super) s: u32,
+    /// Deltas between the last vertex from the eye and the light, by manifold sampling; then no vertex comes from the light. Zero: all
+    /// vertices come from one of the walks.
+    pub(super) chain: u32,
 }
 
 impl Technique {
     pub(super) fn t(self) -> u32 {
-        self.events + 2 - self.s
+        if self.chain == 0 { self.events + 2 - self.s } else { self.events + 1 - self.chain }
+    }
+}
+
+/// Which techniques there are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kinds {
+    /// Only a lens is found by walks from a light (t = 0).
+    pub(super) has_lens: bool,
+    /// Longest chain of manifold sampling.
+    pub(super) chain: u32,
+}
+
+impl Kinds {
+    pub(super) fn of(scene: &Scene, weighting: &Weighting) -> Self {
+        Self { has_lens: scene.camera.has_lens(), chain: weighting.manifold as u32 }
     }
 
-    /// How many techniques make paths of so many events. Only a lens is found by walks from a light (t = 0).
-    pub(super) fn of_events(events: u32, has_lens: bool) -> u32 {
-        events + 2 + u32::from(has_lens)
+    /// How many make paths of so many events.
+    pub(super) fn count(self, events: u32) -> u32 {
+        self.of_walks(events) + self.of_chains(events)
+    }
+
+    /// One of them.
+    pub(super) fn nth(self, events: u32, i: u32) -> Technique {
+        match i.checked_sub(self.of_walks(events)) {
+            None => Technique { events, s: i, chain: 0 },
+            Some(chain) => Technique { events, s: 0, chain: chain + 1 },
+        }
+    }
+
+    /// Is it one of them?
+    pub(super) fn has(self, technique: Technique) -> bool {
+        let Technique { events, s, chain } = technique;
+        s < self.of_walks(events) && chain <= self.of_chains(events)
+    }
+
+    fn of_walks(self, events: u32) -> u32 {
+        events + 2 + u32::from(self.has_lens)
+    }
+
+    /// The eye's walk has two events at least.
+    fn of_chains(self, events: u32) -> u32 {
+        self.chain.min(events.saturating_sub(2))
+    }
+
+    /// Place of a technique in a list of all: of 1 event those of walks and of chains, of 2 events, and so on.
+    pub(super) fn index(self, t: Technique) -> usize {
+        let before = self.index_of_events(t.events);
+        before + if t.chain == 0 { t.s } else { t.events + 2 + t.chain } as usize
+    }
+
+    /// The technique at a place, though there may be none such.
+    pub(super) fn at(self, index: usize) -> Technique {
+        let mut events = 1;
+        while self.index_of_events(events + 1) <= index {
+            events += 1;
+        }
+        let i = (index - self.index_of_events(events)) as u32;
+        match i.checked_sub(events + 3) {
+            None => Technique { events, s: i, chain: 0 },
+            Some(chain) => Technique { events, s: 0, chain: chain + 1 },
+        }
+    }
+
+    fn index_of_events(self, events: u32) -> usize {
+        let n = events as usize;
+        (n - 1) * (n + 6) / 2 + (n - 1) * self.chain as usize
     }
 }
 
@@ -100,6 +168,24 @@ fn nudged(x: f32, u: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn techniques_have_their_places_in_a_list() {
+        for (has_lens, chain) in [(false, 0), (true, 0), (false, 2), (true, 8)] {
+            let kinds = Kinds { has_lens, chain };
+            let mut last = None;
+            for events in 1..12 {
+                for i in 0..kinds.count(events) {
+                    let t = kinds.nth(events, i);
+                    assert!(kinds.has(t) && kinds.at(kinds.index(t)) == t, "{t:?}");
+                    assert!(last < Some(kinds.index(t)), "{t:?}");
+                    last = Some(kinds.index(t));
+                    assert!(t.t() + t.s + t.chain == events + 2 - u32::from(t.chain > 0), "{t:?}");
+                }
+                assert!(!kinds.has(Technique { events, s: events + 3, chain: 0 }));
+            }
+        }
+    }
 
     #[test]
     fn a_state_keeps_numbers_that_a_step_read_first() {

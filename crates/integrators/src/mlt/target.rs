@@ -6,10 +6,11 @@ use scene::Scene;
 use spectrum::Wavelengths;
 
 use super::map::Map;
-use super::space::{EYE, JOINT, LIGHT, N_STREAMS, Numbers, Technique};
+use super::space::{EYE, JOINT, Kinds, LIGHT, N_STREAMS, Numbers, Technique};
 use crate::Counters;
-use crate::bdpt::{Joint, Subpaths, Walks, Weighting};
+use crate::bdpt::{Contribution, Joint, Subpaths, Walks, Weighting};
 use crate::common::{Roulette, Subpath, place_in};
+use crate::manifold::Manifold;
 
 /// What a point adds to the film, as an integral over all of its pixels.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,12 +26,22 @@ pub(super) type Seeds = [u64; N_STREAMS];
 
 /// Makes the seed of the joint numbers one technique's own.
 pub(super) fn of_technique([eye, light, joint]: Seeds, technique: Technique) -> Seeds {
-    [eye, light, combine(joint, u64::from(technique.events) << 32 | u64::from(technique.s))]
+    let Technique { events, s, chain } = technique;
+    [eye, light, combine(joint, u64::from(events) << 32 | u64::from(chain) << 16 | u64::from(s))]
+}
+
+/// What paths are made in, and with.
+#[derive(Clone, Copy)]
+pub(super) struct World<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) manifold: Option<&'a Manifold>,
 }
 
 /// Makes paths of points. Kept and used again, so that a path allocates nothing.
 pub(super) struct Target<'a> {
     pub(super) scene: &'a Scene,
+    manifold: Option<&'a Manifold>,
+    pub(super) kinds: Kinds,
     pub(super) weighting: Weighting,
     pub(super) map: &'a Map,
     pub(super) counters: Counters,
@@ -42,9 +53,12 @@ pub(super) struct Target<'a> {
 }
 
 impl<'a> Target<'a> {
-    pub(super) fn new(scene: &'a Scene, weighting: Weighting, map: &'a Map) -> Self {
+    pub(super) fn new(world: World<'a>, weighting: Weighting, map: &'a Map) -> Self {
+        let World { scene, manifold } = world;
         Self {
             scene,
+            manifold,
+            kinds: Kinds::of(scene, &weighting),
             weighting,
             map,
             counters: Counters::default(),
@@ -67,7 +81,7 @@ impl<'a> Target<'a> {
         self.walk(lengths, [eye, light], [seeds[EYE], seeds[LIGHT]]);
         let Some(vertices) = self.vertices(technique) else { return Value::default() };
         let mut sampler = Sampler::replay(std::mem::take(joint), seeds[JOINT]);
-        let value = self.join(vertices, &mut sampler);
+        let value = self.join(technique, vertices, &mut sampler);
         *joint = sampler.into_replayed();
         value.unwrap_or_default()
     }
@@ -81,24 +95,23 @@ impl<'a> Target<'a> {
         seeds: Seeds,
         mut each: impl FnMut(Technique, &Value),
     ) {
-        let has_lens = self.scene.camera.has_lens();
+        let kinds = self.kinds;
         let [eye, light, _] = numbers;
-        self.walk([events + 1, events + u32::from(has_lens)], [eye, light], [seeds[EYE], seeds[LIGHT]]);
+        self.walk([events + 1, events + u32::from(kinds.has_lens)], [eye, light], [seeds[EYE], seeds[LIGHT]]);
         let terminated = self.wl.is_terminated();
         for events in 1..=events {
-            for s in 0..Technique::of_events(events, has_lens) {
-                let technique = Technique { events, s };
+            for technique in (0..kinds.count(events)).map(|i| kinds.nth(events, i)) {
                 let mut vertices = self.vertices(technique);
                 if terminated {
                     // What ended wavelengths may be no surface of this path.
-                    let lengths = [technique.t().saturating_sub(1), s.saturating_sub(1)];
+                    let lengths = [technique.t().saturating_sub(1), technique.s.saturating_sub(1)];
                     self.walk(lengths, [&mut *eye, &mut *light], [seeds[EYE], seeds[LIGHT]]);
                     vertices = self.vertices(technique);
                 }
                 let Some(vertices) = vertices else { continue };
                 let seed = of_technique(seeds, technique)[JOINT];
                 let mut sampler = Sampler::replay(std::mem::take(&mut self.joint), seed);
-                if let Some(value) = self.join(vertices, &mut sampler) {
+                if let Some(value) = self.join(technique, vertices, &mut sampler) {
                     each(technique, &value);
                 }
                 self.joint = sampler.into_replayed();
@@ -140,10 +153,17 @@ impl<'a> Target<'a> {
     }
 
     /// Joins the two walks; `None` for nothing.
-    fn join(&mut self, (s, t): (usize, usize), sampler: &mut Sampler) -> Option<Value> {
+    fn join(&mut self, technique: Technique, (s, t): (usize, usize), sampler: &mut Sampler) -> Option<Value> {
         let (scene, weighting, wl) = (self.scene, self.weighting, self.wl);
         let (paths, counters) = (&mut self.paths, &mut self.counters);
-        let c = Joint { scene, weighting, wl, paths, sampler, counters }.strategy(s, t)?;
+        let mut joint = Joint { scene, weighting, wl, paths, sampler, counters };
+        let c = match technique.chain {
+            0 => joint.strategy(s, t)?,
+            n => {
+                let value = joint.over_deltas(self.manifold?, t.checked_sub(2)?, n as usize)?;
+                Contribution { unweighted: value, weighted: value, splat: None }
+            }
+        };
 
         // Radiance is spread over the region, a splat is an integral over the film already.
         let region = scene.settings().sample_bounds();
@@ -182,11 +202,19 @@ mod tests {
     /// Chains start at paths of samples: what these add, and what a chain makes of the same numbers, must be one thing.
     #[test]
     fn a_path_has_one_value_however_many_others_are_made_beside_it() {
-        for (name, spectral) in [("dispersion", true), ("smoke", false), ("wax", false), ("wide-lens", false)]
-        {
+        for (name, spectral, longest) in [
+            ("dispersion", true, 0),
+            ("dispersion", true, 2),
+            ("smoke", false, 0),
+            ("wax", false, 0),
+            ("wide-lens", false, 0),
+        ] {
             let scene = load(name, spectral);
             let map = Map::even(scene.settings().sample_bounds());
-            let mut target = Target::new(&scene, weighting(&scene, Heuristic::Power), &map);
+            let manifold = Manifold::new(&scene, longest);
+            let world = World { scene: &scene, manifold: manifold.as_ref() };
+            let weighting = Weighting { manifold: longest as usize, ..weighting(&scene, Heuristic::Power) };
+            let mut target = Target::new(world, weighting, &map);
             let mut compared = 0;
             for i in 0..200 {
                 let mut rng = Rng::from_parts(&[i]);

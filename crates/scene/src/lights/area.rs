@@ -1,14 +1,54 @@
 //! A surface that emits the same radiance in all directions of its side, or of both.
 
-use math::{Dir, Point, Vec2};
-use sampling::{Pdf, SolidAngle};
+use math::{Dir, Point, Vec2, Vec3};
+use sampling::{Area, Pdf, SolidAngle};
 use scatter::Density;
 use spectrum::{Spectrum, Wavelengths};
 
-use super::LightSample;
 use super::emission::Emission;
 use super::emitter::{Emitter, SurfaceSample};
+use super::{Light, LightSample, Lights};
 use crate::LightId;
+
+/// A place on an emitting surface.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPlace {
+    /// The point.
+    pub p: Point,
+    /// Half-size of the box in which the true point lies.
+    pub p_error: Vec3,
+    /// To the side that emits.
+    pub n: Dir,
+    /// Surface coordinates.
+    pub uv: Vec2,
+    /// Density, without the choice of the light: that of [`Lights::sample_emission`]'s place.
+    pub pdf: Pdf<Area>,
+}
+
+impl Lights {
+    /// A place on a light's surface at a moment, whoever may see it; `None` for a light without one and for one that no ray
+    /// finds.
+    #[must_use]
+    pub fn sample_place(&self, light: LightId, u: [f32; 2], time: f32) -> Option<LightPlace> {
+        let s = match &self.list[light.index()] {
+            Light::Area(l) if l.visible => l.emitter.sample_area(u),
+            Light::Moving(l) if l.area.visible => l.sample_area(time, u),
+            Light::Area(_)
+            | Light::Moving(_)
+            | Light::Dark
+            | Light::Point(_)
+            | Light::Spot(_)
+            | Light::Goniometric(_)
+            | Light::Projection(_)
+            | Light::Distant(_)
+            | Light::InfiniteConstant(_)
+            | Light::InfiniteImage(_)
+            | Light::Portal(_) => return None,
+        };
+        let place = LightPlace { p: s.p, p_error: s.p_error, n: s.n, uv: s.uv, pdf: s.pdf };
+        s.pdf.is_positive().then_some(place)
+    }
+}
 
 /// An emitting surface.
 #[derive(Clone, Debug)]

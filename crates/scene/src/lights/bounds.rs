@@ -74,8 +74,9 @@ impl LightBounds {
 }
 
 impl Lights {
-    /// Where a light at a point is.
-    pub(crate) fn position(&self, light: LightId) -> Option<Point> {
+    /// Where a light at a point is; `None` for all others.
+    #[must_use]
+    pub fn position(&self, light: LightId) -> Option<Point> {
         match &self.list[light.index()] {
             Light::Point(l) => Some(l.p),
             Light::Spot(l) => Some(l.p),

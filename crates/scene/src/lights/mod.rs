@@ -42,6 +42,7 @@ use spectrum::{Spectrum, Wavelengths};
 use crate::{LightContext, LightId, SurfaceInteraction};
 
 use area::AreaLight;
+pub use area::LightPlace;
 pub(crate) use bounds::LightBounds;
 pub(crate) use builder::AreaEmission;
 pub use builder::LightsBuilder;

@@ -150,6 +150,26 @@ impl Look {
         }
     }
 
+    /// May it scatter by deltas alone?
+    pub(super) fn may_be_specular(&self) -> bool {
+        match self {
+            Self::Conductor { .. }
+            | Self::Dielectric { .. }
+            | Self::ThinDielectric { .. }
+            | Self::CoatedConductor { .. } => true,
+            Self::Diffuse { .. }
+            | Self::DiffuseTransmission { .. }
+            | Self::OrenNayar { .. }
+            | Self::SoftBorder { .. }
+            | Self::CoatedDiffuse { .. }
+            | Self::Plastic(_)
+            | Self::Principled(_)
+            | Self::MetallicRoughness(_)
+            | Self::Hair(_)
+            | Self::Measured(_) => false,
+        }
+    }
+
     /// How far its tangent is turned about the normal, if it has such a number.
     pub(super) fn rotation(&self) -> Option<&FloatHandle> {
         match self {

@@ -57,7 +57,7 @@ impl LocalSurface {
 }
 
 /// Maps a change of the normal: by the inverse transpose, without making it unit.
-fn normal_vector(t: &Transform, v: Vec3) -> Vec3 {
+pub(super) fn normal_vector(t: &Transform, v: Vec3) -> Vec3 {
     let (i, v) = (t.inverse_matrix(), v.as_dvec3());
     math::DVec3::new(i.x_axis.truncate().dot(v), i.y_axis.truncate().dot(v), i.z_axis.truncate().dot(v))
         .as_vec3()

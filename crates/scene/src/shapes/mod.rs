@@ -4,6 +4,7 @@
 //! space; geometry of an object in the object's space, and an instance's transform is applied to what comes out.
 
 mod bilinear;
+mod curvature;
 mod curve;
 mod local;
 mod loop_subdiv;
@@ -12,6 +13,7 @@ mod quadric;
 mod tube;
 
 pub(crate) use bilinear::PatchMesh;
+pub use curvature::Curvature;
 pub(crate) use curve::Strand;
 pub(crate) use local::LocalSurface;
 pub(crate) use loop_subdiv::subdivide;
