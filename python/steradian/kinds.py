@@ -551,6 +551,9 @@ class PrincipledMaterial(Described):
     """A second specular lobe above all. Not for thin ones."""
     clearcoat_gloss: FloatInput = 0.0
     """Its gloss: 0 is satin, 1 is gloss."""
+    clearcoat_of_facets: bool = False
+    """Is it `F D G / (4 cos cos)`, a quarter strong, as Disney [Burley2012] and pbrt-v3 have it? Mitsuba leaves out
+    `4 cos cos`."""
     thin: Any | None = None
     """A sheet rather than the border of a solid: what is transmitted leaves at once."""
     name: str = ''

@@ -175,7 +175,8 @@ impl Disney {
         let gtr1 = (a * a - 1.0) / (PI * (a * a).ln() * (1.0 + (a * a - 1.0) * h[2] * h[2]));
         let smith = |cos: f64| 1.0 / (cos + (0.0625 + cos * cos - 0.0625 * cos * cos).sqrt());
         let coat = 0.25 * self.clearcoat * gtr1 * (0.04 + 0.96 * schlick(d)) * smith(wo[2]) * smith(wi[2]);
-        base + specular + coat
+        // A thin one has no gloss here, which its reader says.
+        base + if self.thin.is_some() { 0.0 } else { specular + coat }
     }
 
     /// Reflected share of an even light, by a rule of midpoints that are dense about the mirror direction; and what comes
@@ -210,6 +211,8 @@ fn disneys_surface() {
         ("plain", PLAIN),
         ("smooth", Disney { roughness: 0.2, ..PLAIN }),
         ("sheen", Disney { sheen: 0.8, ..PLAIN }),
+        ("coat", Disney { clearcoat: 1.0, gloss: 0.3, ..PLAIN }),
+        ("thin", Disney { thin: Some([0.4, 1.2]), ..PLAIN }),
         ("metal", Disney { metallic: 1.0, color: 0.8, anisotropic: 0.6, ..PLAIN }),
     ];
     for (name, disney) in cases {

@@ -55,6 +55,7 @@ fn paint() -> PrincipledParameters {
         flatness: 0.0,
         clearcoat: 0.8,
         clearcoat_gloss: 0.1,
+        clearcoat_of_facets: false,
     }
 }
 
@@ -147,6 +148,7 @@ bsdf_laws! {
     tinted_glass: TintedDielectric::glass(Dielectric::new(1.5, [0.3; 2]), RED, RED * 0.5);
     tinted_pane: TintedDielectric::pane(ThinDielectric::new(1.5), RED, RED * 0.5);
     principled: Principled::new(paint());
+    principled_disney: Principled::new(PrincipledParameters { clearcoat_of_facets: true, ..paint() });
     principled_glass: Principled::new(PrincipledParameters { spec_trans: 0.8, metallic: 0.1, ..paint() });
     principled_cloth: Principled::new(PrincipledParameters { sheen: 0.2, flatness: 0.6, clearcoat: 0.0, ..paint() });
     principled_thin: PrincipledThin::new(sheet());

@@ -32,6 +32,9 @@ pub struct PrincipledDesc {
     pub clearcoat: FloatInput,
     /// Its gloss: 0 is satin, 1 is gloss.
     pub clearcoat_gloss: FloatInput,
+    /// Is it `F D G / (4 cos cos)`, a quarter strong, as Disney [Burley2012] and pbrt-v3 have it? Mitsuba leaves out `4 cos cos`.
+    #[serde(default)]
+    pub clearcoat_of_facets: bool,
     /// A sheet rather than the border of a solid: what is transmitted leaves at once.
     pub thin: Option<ThinSheet>,
 }
@@ -58,6 +61,7 @@ impl Default for PrincipledDesc {
             flatness: 0.0.into(),
             clearcoat: 0.0.into(),
             clearcoat_gloss: 0.0.into(),
+            clearcoat_of_facets: false,
             thin: None,
         }
     }

@@ -219,6 +219,7 @@ impl<'t> Build<'t, '_, '_> {
             flatness: self.float_input(node, "flatness", 0.0),
             clearcoat: self.float_input(node, "clearcoat", 0.0),
             clearcoat_gloss: self.float_input(node, "clearcoat_gloss", 0.0),
+            clearcoat_of_facets: false,
             ..self.principled_common(node, eta)
         };
         MaterialKind::Principled(Box::new(desc))

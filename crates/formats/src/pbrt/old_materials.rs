@@ -8,7 +8,7 @@
 //! | metal, mirror         | a conductor                                                                               |
 //! | glass                 | a dielectric with the factors `Kr` and `Kt`                                               |
 //! | translucent           | Lambert to both sides, mixed with rough glass for `Ks`                                    |
-//! | disney                | Disney's principled surface                                                               |
+//! | disney                | Disney's principled surface; without gloss where it is thin, and metal in part as Mitsuba has it |
 //! | kdsubsurface          | subsurface by reflectance and mean free path                                              |
 //! | fourier               | grey, with a warning                                                                      |
 
@@ -260,6 +260,11 @@ impl Build<'_, '_> {
                 .hint("light does not wander below the surface");
         }
         let is_thin = p.boolean("thin", false, self.report);
+        if is_thin {
+            self.report
+                .warning(p.span_of("thin").unwrap_or(entity.span), "a thin material \"disney\" has no gloss")
+                .hint("what it scatters to both sides is there; so is \"spectrans\"");
+        }
         let eta = match self.float_input(p, "eta") {
             Some(FloatInput::Constant(eta)) => eta,
             Some(FloatInput::Texture(_)) | None => 1.5,
@@ -284,6 +289,7 @@ impl Build<'_, '_> {
             flatness,
             clearcoat: self.number(p, "clearcoat", 0.0),
             clearcoat_gloss: self.number(p, "clearcoatgloss", 1.0),
+            clearcoat_of_facets: true,
             thin: is_thin.then_some(ThinSheet { diff_trans }),
         }))
     }

@@ -5,7 +5,7 @@
 //! | specular       | `F D G / (4 cos cos)`, GGX; `F` mixes Fresnel's with Schlick's for metal and tint | visible normals |
 //! | refraction     | that of rough glass, times `√base` and `spec_trans`                 | visible normals |
 //! | diffuse        | Burley's with retro-reflection, or flat subsurface, and sheen       | cosine          |
-//! | clearcoat      | GTR1 facets of index 1.5, `G` of GGX of width 0.25, a quarter strong | GTR1 normals    |
+//! | clearcoat      | GTR1 facets of index 1.5, `G` of GGX of width 0.25, a quarter strong; over `4 cos cos` if asked for | GTR1 normals    |
 //!
 //! Formulas are those of [Burley2012; Burley2015] as Mitsuba 3 has them in `principled`; which lobe is sampled is our
 //! own. From inside there are the boundary of glass and nothing else.
@@ -53,6 +53,8 @@ pub struct PrincipledParameters {
     pub clearcoat: f32,
     /// Of the clearcoat.
     pub clearcoat_gloss: f32,
+    /// Is the clearcoat divided by `4 cos cos`, as facets are?
+    pub clearcoat_of_facets: bool,
 }
 
 /// The surface of a solid.
@@ -137,7 +139,11 @@ impl Principled {
         let f = 0.04 + 0.96 * schlick_weight(cos);
         let shape = Facets::ggx(0.25, 0.25);
         let g = shape.g1(wo) * shape.g1(wi);
-        (0.25 * self.p.clearcoat * f * d * g, d * m.0.z / (4.0 * cos).max(f32::MIN_POSITIVE))
+        let cosines = match self.p.clearcoat_of_facets {
+            true => (4.0 * wo.abs_cos_theta() * wi.abs_cos_theta()).max(f32::MIN_POSITIVE),
+            false => 1.0,
+        };
+        (0.25 * self.p.clearcoat * f * d * g / cosines, d * m.0.z / (4.0 * cos).max(f32::MIN_POSITIVE))
     }
 }
 

@@ -24,6 +24,7 @@ pub(super) struct PrincipledLook {
     pub(super) flatness: FloatHandle,
     pub(super) clearcoat: FloatHandle,
     pub(super) clearcoat_gloss: FloatHandle,
+    pub(super) clearcoat_of_facets: bool,
     /// Of a sheet.
     pub(super) diff_trans: Option<FloatHandle>,
 }
@@ -72,6 +73,7 @@ impl PrincipledLook {
             flatness,
             clearcoat: at.unit(&self.clearcoat),
             clearcoat_gloss: at.unit(&self.clearcoat_gloss),
+            clearcoat_of_facets: self.clearcoat_of_facets,
         })
         .into()
     }

@@ -25,6 +25,7 @@ impl Compiler<'_, '_> {
             flatness: float(&p.flatness),
             clearcoat: float(&p.clearcoat),
             clearcoat_gloss: float(&p.clearcoat_gloss),
+            clearcoat_of_facets: p.clearcoat_of_facets,
             diff_trans: p.thin.as_ref().map(|sheet| float(&sheet.diff_trans)),
         }))
     }
