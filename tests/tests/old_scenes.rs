@@ -94,7 +94,7 @@ fn colours_where_numbers_are_meant() {
     family.finish();
 }
 
-/// `disney` as [PBR3e, sec. 9.2] and pbrt-v3 have it, without light through it.
+/// `disney` as [PBR3e, sec. 9.2] and pbrt-v3 have it, where nothing passes.
 #[derive(Clone, Copy)]
 struct Disney {
     color: f64,
@@ -104,8 +104,6 @@ struct Disney {
     sheen: f64,
     clearcoat: f64,
     gloss: f64,
-    /// Of a thin one: flatness and difftrans.
-    thin: Option<[f64; 2]>,
 }
 
 const PLAIN: Disney = Disney {
@@ -116,7 +114,6 @@ const PLAIN: Disney = Disney {
     sheen: 0.0,
     clearcoat: 0.0,
     gloss: 1.0,
-    thin: None,
 };
 
 fn schlick(cos: f64) -> f64 {
@@ -129,14 +126,11 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 impl Disney {
     fn text(&self) -> String {
-        let Self { color: c, metallic, roughness, anisotropic, sheen, clearcoat, gloss, thin } = self;
-        let sheet = thin.map_or(String::new(), |[flatness, through]| {
-            format!("\"bool thin\" \"true\" \"float flatness\" {flatness} \"float difftrans\" {through}")
-        });
+        let Self { color: c, metallic, roughness, anisotropic, sheen, clearcoat, gloss } = self;
         format!(
             "Material \"disney\" \"rgb color\" [{c} {c} {c}] \"float metallic\" {metallic} \"float roughness\" {roughness} \
              \"float anisotropic\" {anisotropic} \"float sheen\" {sheen} \"float clearcoat\" {clearcoat} \
-             \"float clearcoatgloss\" {gloss} {sheet}"
+             \"float clearcoatgloss\" {gloss}"
         )
     }
 
@@ -148,15 +142,10 @@ impl Disney {
         let d = dot(wi, h);
         let (fo, fi) = (schlick(wo[2]), schlick(wi[2]));
         let weight = 1.0 - self.metallic;
-        let [flatness, through] = self.thin.map_or([0.0; 2], |[f, t]| [f, 0.5 * t]);
         let lambert = (1.0 - 0.5 * fo) * (1.0 - 0.5 * fi);
-        let ss90 = d * d * self.roughness;
-        let ss = (1.0 + fo * (ss90 - 1.0)) * (1.0 + fi * (ss90 - 1.0));
-        let flat = 1.25 * (ss * (1.0 / (wo[2] + wi[2]) - 0.5) + 0.5);
-        let diffuse = (1.0 - through) * ((1.0 - flatness) * lambert + flatness * flat);
         let rr = 2.0 * self.roughness * d * d;
         let retro = rr * (fo + fi + fo * fi * (rr - 1.0));
-        let base = weight * (self.color / PI * (diffuse + retro) + self.sheen * schlick(d));
+        let base = weight * (self.color / PI * (lambert + retro) + self.sheen * schlick(d));
 
         let aspect = (1.0 - 0.9 * self.anisotropic).sqrt();
         let (ax, ay) = (self.roughness.powi(2) / aspect, self.roughness.powi(2) * aspect);
@@ -175,12 +164,10 @@ impl Disney {
         let gtr1 = (a * a - 1.0) / (PI * (a * a).ln() * (1.0 + (a * a - 1.0) * h[2] * h[2]));
         let smith = |cos: f64| 1.0 / (cos + (0.0625 + cos * cos - 0.0625 * cos * cos).sqrt());
         let coat = 0.25 * self.clearcoat * gtr1 * (0.04 + 0.96 * schlick(d)) * smith(wo[2]) * smith(wi[2]);
-        // A thin one has no gloss here, which its reader says.
-        base + if self.thin.is_some() { 0.0 } else { specular + coat }
+        base + specular + coat
     }
 
-    /// Reflected share of an even light, by a rule of midpoints that are dense about the mirror direction; and what comes
-    /// through a sheet.
+    /// Reflected share of an even light, by a rule of midpoints that are dense about the mirror direction.
     fn albedo(&self, mu: f64) -> f64 {
         let wo = [(1.0 - mu * mu).sqrt(), 0.0, mu];
         let n = 600;
@@ -200,7 +187,7 @@ impl Disney {
                 }
             }
         }
-        sum + self.thin.map_or(0.0, |[_, through]| 0.5 * through * self.color)
+        sum
     }
 }
 
@@ -212,7 +199,6 @@ fn disneys_surface() {
         ("smooth", Disney { roughness: 0.2, ..PLAIN }),
         ("sheen", Disney { sheen: 0.8, ..PLAIN }),
         ("coat", Disney { clearcoat: 1.0, gloss: 0.3, ..PLAIN }),
-        ("thin", Disney { thin: Some([0.4, 1.2]), ..PLAIN }),
         ("metal", Disney { metallic: 1.0, color: 0.8, anisotropic: 0.6, ..PLAIN }),
     ];
     for (name, disney) in cases {

@@ -262,8 +262,8 @@ impl Build<'_, '_> {
         let is_thin = p.boolean("thin", false, self.report);
         if is_thin {
             self.report
-                .warning(p.span_of("thin").unwrap_or(entity.span), "a thin material \"disney\" has no gloss")
-                .hint("what it scatters to both sides is there; so is \"spectrans\"");
+                .warning(p.span_of("thin").unwrap_or(entity.span), "a thin material \"disney\" is not pbrt-v3's")
+                .hint("it is Mitsuba's \"principledthin\": without gloss, and less bright seen from where light comes");
         }
         let eta = match self.float_input(p, "eta") {
             Some(FloatInput::Constant(eta)) => eta,
