@@ -244,3 +244,47 @@ fn a_spot_with_a_hard_edge_is_chosen_where_it_shines() {
         assert!(chosen.is_some_and(|(_, p)| p > 0.99), "{strategy:?}: {chosen:?}");
     }
 }
+
+/// A sky through a portal is never chosen where the portal turns its back, and the others get its share.
+#[test]
+fn portals_are_chosen_where_their_light_comes() {
+    let mut sink = Sink::default();
+    let mut builder = LightsBuilder::new(ColorPipeline::new(ColorMode::Rgb, ColorSpace::Srgb), &no_images);
+    let mut add = |kind| {
+        let world_from_light = AnimatedTransform::fixed(Transform::IDENTITY);
+        builder.add_light(&LightDesc { kind, world_from_light, medium: None, span: Span::NONE }, &mut sink)
+    };
+    // Windows in the planes z = 1 and z = −1: light comes down through the first and up through the second.
+    let window = |z: f32| {
+        let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
+        let [a, b, c, d] = corners.map(|[x, y]: [f32; 2]| Vec3::new(x, y, z));
+        if z > 0.0 { [a, b, c, d] } else { [a, d, c, b] }
+    };
+    let sky =
+        |z| LightKind::InfiniteConstant { radiance: white(1.0), illuminance: None, portal: Some(window(z)) };
+    let (above, below) = (add(sky(1.0)), add(sky(-1.0)));
+    let point = add(LightKind::Point { intensity: white(0.5), from: Vec3::X * 3.0, power: None });
+    assert!(sink.diagnostics().is_empty(), "{}", sink.render());
+    let lights = builder.finish(Bounds { min: Vec3::splat(-4.0), max: Vec3::splat(4.0) });
+    let selector = LightSelector::new(LightSelection::Spatial, &lights);
+    for (z, sees) in [(0.0, [true, true]), (2.0, [false, true]), (-2.0, [true, false])] {
+        let p = Point(Vec3::new(0.2, 0.1, z));
+        let context = LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time: 0.0 };
+        let chances = [above, below, point].map(|l| selector.probability(&context, l));
+        assert_eq!([chances[0] > 0.0, chances[1] > 0.0], sees, "{z}: {chances:?}");
+        assert!((chances.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{z}: {chances:?}");
+        for (i, light) in [above, below].into_iter().enumerate() {
+            let found = (0..64)
+                .any(|k| lights.sample(light, &context, uniform_pair(50, k), &Wavelengths::RGB).is_some());
+            assert_eq!(found, sees[i], "{z}");
+        }
+        let mut observed = [0; 3];
+        for i in 0..20_000 {
+            let (light, chance) = selector.select(&context, uniform_pair(51, i)[0]).unwrap();
+            assert_eq!(chance, selector.probability(&context, light));
+            observed[light.index()] += 1;
+        }
+        let expected: Vec<f64> = chances.iter().map(|c| f64::from(*c) * 20_000.0).collect();
+        chi2_counts(&observed, &expected, 1e-6).unwrap_or_else(|e| panic!("{z}: {e}"));
+    }
+}
