@@ -851,6 +851,8 @@ class SubsurfaceMaterial(Described):
     """Of the interface."""
     roughness: FloatInput | tuple[float, float]
     """Of the interface."""
+    method: str = 'walk'
+    """How light gets about inside."""
     name: str = ''
     """As the file names it; empty for an unnamed one."""
     displacement: FloatInput | None = None

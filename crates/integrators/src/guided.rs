@@ -30,7 +30,7 @@ use crate::common::{
 };
 use crate::guide::{Field, LEAF_BYTES, Record, RecordedPath, Teacher};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
-use crate::path::Path;
+use crate::path::{EQUIANGULAR, Path};
 use crate::registry::{IntegratorInfo, Making, refuses_nothing};
 use crate::{Cell, CellOutput, Counters, Integrator, PassContext, Prepared};
 
@@ -50,6 +50,7 @@ fn parameters() -> Vec<ParameterInfo> {
         shared::MAX_DEPTH,
         shared::RR_DEPTH,
         shared::HEURISTIC,
+        EQUIANGULAR,
         ParameterInfo {
             name: "training",
             kind: ParameterKind::Integer(1024),
@@ -74,6 +75,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
         lights: Some(LightStrategy::Mis(shared::heuristic(p))),
         directions: DirectionSampling::Bsdf,
+        equiangular: p.bool(EQUIANGULAR.name),
         shortcut: (),
         guide: None,
     };
@@ -237,6 +239,7 @@ mod tests {
             roulette: Roulette { rr_depth: 3 },
             lights: None,
             directions: DirectionSampling::Bsdf,
+            equiangular: false,
             shortcut: (),
             guide: None,
         };

@@ -44,6 +44,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             roulette,
             lights: None,
             directions: DirectionSampling::Bsdf,
+            equiangular: false,
             shortcut: (),
             guide: None,
         },

@@ -5,21 +5,23 @@
 //! and in practice hardly any caustic of a small lamp. `bdpt`, `photon`, `sppm` and `vcm` do.
 //!
 //! Through media by free flights (see `scene::Media`), with next-event estimation by the phase function at every
-//! collision. Weights compare densities of directions alone; transmittances are left out of both sides.
+//! collision. Weights compare densities of directions alone; transmittances are left out of both sides. With `equiangular`
+//! every flight is lit by one light at a second distance too (see `common::lit_flight`).
 //!
 //! Without `shadow_rays` the walk alone finds emitters; delta lights are then invisible and contribute nothing.
 
-use math::Ray;
+mod inside;
+
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::TransportMode;
-use scene::{LightContext, MediumId, Scene, Shading, SurfaceInteraction};
+use scene::{LightContext, Scene, Shading, SurfaceInteraction};
 use spectrum::Spectrum;
 
+use self::inside::Event;
 use crate::Integrator;
 use crate::common::{
-    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, LightStrategy, MediumPoint,
-    PathOutput, PixelLoop, Roulette, Shared, Tools, direct_in_medium, infinite_light_pdf, light_pdf,
-    sampler_of,
+    CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, LightStrategy, PathOutput,
+    PixelLoop, Roulette, Shared, Tools, infinite_light_pdf, light_pdf, sampler_of,
 };
 use crate::guide::{Field, LocalGuide};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
@@ -36,6 +38,13 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     refuses: refuses_nothing,
     parameters,
     make,
+};
+
+/// Parameter: are flights lit by equal angles too?
+pub(crate) const EQUIANGULAR: ParameterInfo = ParameterInfo {
+    name: "equiangular",
+    kind: ParameterKind::Bool(false),
+    doc: "in even mist, a second point of every flight is lit, drawn by the angle under which a lamp sees it: for lamps in thin mist",
 };
 
 fn parameters() -> Vec<ParameterInfo> {
@@ -58,6 +67,7 @@ fn parameters() -> Vec<ParameterInfo> {
             kind: ParameterKind::Choice(DirectionSampling::NAMES),
             doc: "density of the walk's directions (delta lobes always by the BSDF)",
         },
+        EQUIANGULAR,
     ]
 }
 
@@ -73,6 +83,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
         lights,
         directions: DirectionSampling::from_name(p.text("sampling")),
+        equiangular: p.bool(EQUIANGULAR.name),
         shortcut: (),
         guide: None,
     };
@@ -86,19 +97,11 @@ pub(crate) struct Path<S = ()> {
     /// `None`: no shadow rays.
     pub(crate) lights: Option<LightStrategy>,
     pub(crate) directions: DirectionSampling,
+    /// Are flights lit by equal angles too?
+    pub(crate) equiangular: bool,
     pub(crate) shortcut: S,
     /// What directions by the BSDF are mixed with.
     pub(crate) guide: Option<Field>,
-}
-
-/// How a flight through a medium ends.
-enum Event {
-    /// At a surface, or nowhere.
-    None,
-    /// In the medium; the walk goes on.
-    Scattered,
-    /// The walk does not go on.
-    End,
 }
 
 impl<S: Shortcut> CameraEstimator for Path<S> {
@@ -123,8 +126,8 @@ impl<S: Shortcut> CameraEstimator for Path<S> {
 impl<S: Shortcut> Path<S> {
     /// The same with another shortcut.
     pub(crate) fn with<T>(&self, shortcut: T) -> Path<T> {
-        let Self { max_depth, roulette, lights, directions, .. } = *self;
-        Path { max_depth, roulette, lights, directions, shortcut, guide: None }
+        let Self { max_depth, roulette, lights, directions, equiangular, .. } = *self;
+        Path { max_depth, roulette, lights, directions, equiangular, shortcut, guide: None }
     }
 
     /// Walks from where the walk is, to its end.
@@ -158,44 +161,6 @@ impl<S: Shortcut> Path<S> {
                 return;
             }
         }
-    }
-
-    /// Through a medium up to the distance `end`. Where no event may follow, what gets through is had without chance.
-    fn fly(&self, walk: &mut Walker<'_>, medium: MediumId, end: f32) -> Event {
-        let ray = Ray { t_max: end, ..walk.ray };
-        let (media, sampler) = (&walk.scene.media, &mut *walk.sampler);
-        let is_interior = media.is_interior(medium);
-        let flight = match walk.depth >= self.max_depth && !is_interior {
-            true => media.pass(medium, &ray, walk.wl, &mut || sampler.next_1d()),
-            false => media.fly(medium, &ray, walk.throughput, walk.wl, &mut || sampler.next_1d()),
-        };
-        walk.add(flight.emitted);
-        walk.throughput *= flight.factor;
-        walk.carried *= flight.factor;
-        if walk.throughput.is_black() {
-            return Event::End;
-        }
-        let Some(t) = flight.scatters_at else { return Event::None };
-        let point = MediumPoint::new(walk.scene, &ray, t, medium);
-
-        // Next-event estimation. Under a surface no lamp is seen.
-        if let Some(strategy) = self.lights.filter(|_| !is_interior) {
-            let mut tools = Tools { sampler: walk.sampler, wl: walk.wl, counters: walk.counters };
-            let direct = direct_in_medium(walk.scene, (&point, &walk.around), strategy, &mut tools);
-            walk.add(direct);
-        }
-
-        // Continue the walk.
-        let s = point.phase.sample(point.wo, walk.sampler.next_2d());
-        walk.depth += u32::from(!is_interior);
-        walk.steps += 1;
-        walk.previous.rival = Some((point.light_context(), s.pdf));
-        walk.shortcut_from = None;
-        walk.ray = point.spawn_ray(s.wi);
-        walk.from = walk.ray.origin;
-        let depth = Roulette::depth_in_medium(walk.steps);
-        let paid = self.roulette.survive(depth, walk.carried, walk.eta_scale, walk.sampler);
-        if walk.pay(paid) { Event::Scattered } else { Event::End }
     }
 
     /// Russian roulette.
@@ -281,7 +246,11 @@ impl<S: Shortcut> Path<S> {
         walk.steps += 1;
         // One direction for so many light samples.
         walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf * (1.0 / n_light as f32)));
+        walk.previous.flight = None;
         walk.shortcut_from = if shortcut && s.pdf.is_some() { Some((*si, shading.clone())) } else { None };
+        if s.pdf.is_none() && s.wi.0.z < 0.0 && shading.bsdf.as_soft_border().is_some() {
+            return self.emerge(walk, si);
+        }
         let dir = shading.frame.to_world(s.wi);
         walk.around = walk.scene.surroundings_after(si, dir, &walk.around);
         walk.ray = si.spawn_ray(dir);
@@ -343,7 +312,9 @@ impl<S: Shortcut> Path<S> {
         if le.is_black() {
             return Spectrum::ZERO;
         }
-        le * self.weight(&walk.previous, |from| light_pdf(walk.scene, from, light, si))
+        le * self.weight(&walk.previous, |from| {
+            light_pdf(walk.scene, from, light, si) * self.with_flight(walk, from, light)
+        })
     }
 
     /// Radiance of all infinite lights along a ray that left the scene.

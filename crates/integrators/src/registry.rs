@@ -43,8 +43,19 @@ pub(crate) fn refuses_nothing(_: &Scene) -> Option<&'static str> {
     None
 }
 
+/// For integrators that know no diffusion profiles.
+pub(crate) fn refuses_diffusion(scene: &Scene) -> Option<&'static str> {
+    scene.materials.has_diffusion().then_some(
+        "it does not render subsurface materials of method \"separable\"; path and guided do, and of method \"walk\" all that \
+         render media",
+    )
+}
+
 /// For integrators that keep what walks from the lights leave on surfaces.
 pub(crate) fn refuses_for_light_walks(scene: &Scene) -> Option<&'static str> {
+    if let Some(reason) = refuses_diffusion(scene) {
+        return Some(reason);
+    }
     if scene.has_light_from_beyond_a_medium() {
         return Some(
             "the medium around the camera has no end, and its walks from a light at infinity would start inside of it; put a \
@@ -74,9 +85,10 @@ pub(crate) fn refuses_glow(scene: &Scene) -> Option<&'static str> {
 
 /// For integrators that know surfaces alone.
 pub(crate) fn refuses_media(scene: &Scene) -> Option<&'static str> {
-    scene.has_media().then_some(
+    let media = scene.has_media().then_some(
         "it does not render participating media, nor what lies under subsurface materials; path, bdpt and sppm do",
-    )
+    );
+    media.or_else(|| refuses_diffusion(scene))
 }
 
 /// All integrators, in the order in which they are taught.

@@ -6,7 +6,7 @@ use scene::{LightContext, Scene, Shading, SurfaceInteraction, Surroundings};
 use spectrum::{Spectrum, Wavelengths};
 
 use crate::Counters;
-use crate::common::{DirectionSample, Gathered, sample_guided};
+use crate::common::{DirectionSample, Gathered, LitFlight, sample_guided};
 use crate::guide::{LocalGuide, RecordedPath, Step};
 
 /// A walk on its way.
@@ -44,6 +44,8 @@ pub(crate) struct Walker<'a> {
 pub(crate) struct Previous {
     /// `None` after the camera or a delta: nothing competes.
     pub(crate) rival: Option<(LightContext, Pdf<SolidAngle>)>,
+    /// The flight that came there and how far it went, if points on it were lit by equal angles.
+    pub(crate) flight: Option<(LitFlight, f32)>,
 }
 
 impl<'a> Walker<'a> {
@@ -70,7 +72,7 @@ impl<'a> Walker<'a> {
             carried: Spectrum::ONE,
             expected: None,
             eta_scale: 1.0,
-            previous: Previous { rival: None },
+            previous: Previous { rival: None, flight: None },
             shortcut_from: None,
         }
     }

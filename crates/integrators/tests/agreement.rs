@@ -8,8 +8,8 @@ mod common;
 use common::{Estimate, Findings, estimate, scene};
 use testkit::statistics::sidak;
 
-/// Tests in the family: 24 renders of scenes, 28 pairs at most, 9 tiles, 3 colours.
-const FAMILY: usize = 24 * 28 * 9 * 3;
+/// Tests in the family: 26 renders of scenes, 28 pairs at most, 9 tiles, 3 colours.
+const FAMILY: usize = 26 * 28 * 9 * 3;
 
 /// An integrator with its work.
 struct Method {
@@ -174,6 +174,27 @@ fn methods_for_media() -> Vec<Method> {
 #[test]
 fn on_mist_in_glass_and_a_cloud() {
     all_agree("smoke", false, &methods_for_media());
+}
+
+/// Light walks do not know profiles.
+#[test]
+fn on_what_leaves_elsewhere_than_it_enters() {
+    let mut methods = methods_for_media();
+    methods.retain(|m| matches!(m.name, "path" | "guided"));
+    methods.push(Method { set: &["max_depth=4", "shadow_rays=false"], ..method("path", 12) });
+    methods.push(Method { set: &["max_depth=4", "heuristic=balance"], ..method("path", 6) });
+    all_agree("candle", false, &methods);
+}
+
+#[test]
+fn in_thin_mist_with_near_lamps() {
+    let mut methods = methods_for_media();
+    methods.retain(|m| matches!(m.name, "path" | "light" | "bdpt"));
+    methods.push(Method { set: &["max_depth=4", "equiangular=true"], ..method("path", 6) });
+    methods
+        .push(Method { set: &["max_depth=4", "equiangular=true", "heuristic=balance"], ..method("path", 6) });
+    methods.push(Method { set: &["max_depth=4", "equiangular=true", "mis=false"], ..method("path", 6) });
+    all_agree("mist", false, &methods);
 }
 
 #[test]

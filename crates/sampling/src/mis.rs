@@ -13,6 +13,16 @@ pub enum Heuristic {
 }
 
 impl Heuristic {
+    /// The share of a technique beside another whose density is `ratio` times its own, and what both together are to a third:
+    /// as one whose density is so many times the first's.
+    #[must_use]
+    pub fn beside(self, ratio: f32) -> (f32, f32) {
+        match self {
+            Self::Balance => (1.0 / (1.0 + ratio), 1.0 + ratio),
+            Self::Power => (1.0 / (1.0 + ratio * ratio), (1.0 + ratio * ratio).sqrt()),
+        }
+    }
+
     /// The weight of the technique that made the sample.
     #[must_use]
     pub fn weight<M: Measure>(self, chosen: Pdf<M>, other: Pdf<M>) -> f32 {
@@ -52,6 +62,21 @@ mod tests {
             for h in [Heuristic::Balance, Heuristic::Power] {
                 assert!((h.weight(p, q) + h.weight(q, p) - 1.0).abs() < 1e-6, "{h:?} {a} {b}");
             }
+        }
+    }
+
+    #[test]
+    fn weights_of_three_techniques_add_up_to_one() {
+        let pdf = Pdf::<SolidAngle>::new;
+        for [a, b, c] in [[0.3, 2.0, 1.0], [1.0, 1e-3, 1e3], [2.0, 1e3, 0.0]] {
+            for h in [Heuristic::Balance, Heuristic::Power] {
+                let ((of_a, a_and_b), (of_b, b_and_a)) = (h.beside(b / a), h.beside(a / b));
+                let sum = of_a * h.weight(pdf(a * a_and_b), pdf(c))
+                    + of_b * h.weight(pdf(b * b_and_a), pdf(c))
+                    + h.weight(pdf(c), pdf(a * a_and_b));
+                assert!((sum - 1.0).abs() < 1e-6, "{h:?} {a} {b} {c}: {sum}");
+            }
+            assert_eq!(Heuristic::Power.beside(0.0), (1.0, 1.0));
         }
     }
 }

@@ -156,6 +156,19 @@ fn lines_follow_their_densities() {
             [warp::truncated_exponential_inverse(x, sigma, max), u[1]]
         });
     }
+    // A light beside, before and far behind the piece, almost on it, and far from a short one.
+    for ([lo, hi], h) in
+        [([-1.0, 2.0], 0.5), ([0.3, 1.0], 0.2), ([-9.0, -8.0], 3.0), ([-2.0, 2.0], 0.02), ([30.0, 31.0], 7.0)]
+    {
+        let line = warp::Equiangular::new([lo, hi], h);
+        check_line([f64::from(lo), f64::from(hi)], |u| line.sample(u), |x| line.pdf(x).value());
+        check_inverse(1e-3, |u| [line.inverse(line.sample(u[0])), u[1]]);
+    }
+    // Without an end: 1 − atan(100) / (π/2) of all is beyond 100.
+    let endless = warp::Equiangular::new([0.0, f32::INFINITY], 1.0);
+    let most = 0.993_634_1;
+    check_line([0.0, 100.0], |u| endless.sample(u * most), |x| endless.pdf(x).value() / most);
+    check_inverse(1e-6, |u| [endless.inverse(endless.sample(u[0])), u[1]]);
     for exponent in [-2.5, -1.0, 0.0, 1.0, 3.0] {
         let range = [0.5, 4.0];
         check_line(

@@ -273,6 +273,12 @@ closed_set! {
 }
 
 impl Bsdf {
+    /// The border of what light wanders in, if it is one.
+    #[must_use]
+    pub fn as_soft_border(&self) -> Option<&SoftBorder> {
+        if let Self::SoftBorder(border) = self { Some(border) } else { None }
+    }
+
     /// See [`BsdfKind::eval`].
     #[must_use]
     #[inline]

@@ -8,6 +8,7 @@
 
 mod bsdf;
 mod closed_set;
+mod diffusion;
 mod phase;
 
 pub mod fresnel;
@@ -20,6 +21,7 @@ pub use bsdf::{
     MetallicRoughnessParameters, OrenNayar, Plastic, Principled, PrincipledParameters, PrincipledThin,
     Raster, SampleLobes, Side, SoftBorder, ThinDielectric, ThinParameters, TintedDielectric, TransportMode,
 };
+pub use diffusion::DiffusionProfile;
 pub use phase::{
     BlendedPhase, HenyeyGreenstein, Isotropic, PhaseFunction, PhaseKind, PhaseSample, PurePhase, Rayleigh,
 };

@@ -132,6 +132,8 @@ bsdf_laws! {
     border_matt: SoftBorder::new(1.5, [0.9; 2]);
     border_absent: SoftBorder::new(1.0, [0.3; 2]);
     border_bubble: SoftBorder::new(0.8, [0.2; 2]);
+    border_over_profile: SoftBorder::new(1.33, [0.3; 2]).over_profile();
+    border_emerging: SoftBorder::new(1.33, [0.3; 2]).emerging().0;
     coated_diffuse_smooth: closed(0.0);
     coated_diffuse: closed(0.25);
     coated_diffuse_walk: CoatedDiffuse::new(RED, &coat([0.3; 2]), None);

@@ -25,7 +25,7 @@ pub use integrator::{IntegratorDesc, LightSelection, ParameterValue, SamplerDesc
 pub use light::{AreaLightDesc, FovAxis, Illuminant, LightDesc, LightKind, SpotFalloff, Throw};
 pub use material::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, Masking, MaterialDesc, MaterialKind,
-    NormalLayout, Roughness, SubsurfaceProfile, Tint,
+    NormalLayout, Roughness, SubsurfaceMethod, SubsurfaceProfile, Tint,
 };
 pub use medium::{
     GridBorder, GridEmission, GridLayout, MediumDesc, MediumInterface, MediumKind, PhaseDesc, PhasePart,

@@ -201,6 +201,17 @@ pub enum SubsurfaceProfile {
     },
 }
 
+/// How light gets from one place of a subsurface material's surface to another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SubsurfaceMethod {
+    /// It walks through a medium inside: right for every shape, and rendered by all methods. Parameters do not vary.
+    #[default]
+    Walk,
+    /// By a diffusion profile over distance [Christensen2015]: right on what is flat and deep, less noise, and textures.
+    Separable,
+}
+
 /// The kinds of material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -359,6 +370,9 @@ pub enum MaterialKind {
         eta: f32,
         /// Of the interface.
         roughness: Roughness,
+        /// How light gets about inside.
+        #[serde(default)]
+        method: SubsurfaceMethod,
     },
 }
 

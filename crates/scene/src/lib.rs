@@ -29,7 +29,7 @@ pub use lights::{
     LightsBuilder,
 };
 pub use materials::{Materials, Shading};
-pub use media::{Flight, Media};
+pub use media::{Collision, Flight, Media, lane_weights};
 pub use scene::{Scene, SceneCounts, SceneSettings, segment};
 pub use shapes::{Curvature, Shape};
 pub use specular::SpecularSurfaces;

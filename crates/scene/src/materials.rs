@@ -24,11 +24,12 @@ mod subsurface;
 
 use math::{Frame, LocalDir, hash, trig};
 use scatter::microfacet::Facets;
-use scatter::{Bsdf, CoatProfiles, Conductor, ThinDielectric};
+use scatter::{Bsdf, CoatProfiles, Conductor, DiffusionProfile, ThinDielectric};
 use spectrum::{Spectrum, Wavelengths};
 
 use self::look::Look;
 use self::parameters::Lookup;
+use self::subsurface::Diffuser;
 pub(crate) use self::subsurface::Interior;
 use crate::textures::{FloatHandle, Textures};
 use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
@@ -40,6 +41,7 @@ pub struct Materials {
     list: Vec<Material>,
     profiles: Vec<CoatProfiles>,
     interiors: Vec<Option<Interior>>,
+    has_diffusion: bool,
 }
 
 /// Where rays pass a surface as if it were not there.
@@ -128,6 +130,19 @@ enum Relief {
     NormalMap(bump::NormalMap),
 }
 
+impl Material {
+    fn diffuser(&self) -> Option<&Diffuser> {
+        match &self.surface {
+            Surface::Look(Look::SoftBorder { profile, .. }) => profile.as_deref(),
+            Surface::Look(_)
+            | Surface::Mix { .. }
+            | Surface::TwoSided { .. }
+            | Surface::Pane(_)
+            | Surface::Interface => None,
+        }
+    }
+}
+
 impl Materials {
     /// The BSDF and frame at a surface point; `None` where there is no surface, only the border of a medium. Glass
     /// with dispersion leaves the path its hero wavelength alone.
@@ -165,6 +180,27 @@ impl Materials {
             Surface::Look(look) => look.index_of_refraction(wl),
             Surface::Mix { .. } | Surface::TwoSided { .. } | Surface::Pane(_) | Surface::Interface => 1.0,
         }
+    }
+
+    /// Does light leave any of them elsewhere than it enters, by a diffusion profile?
+    #[inline]
+    #[must_use]
+    pub fn has_diffusion(&self) -> bool {
+        self.has_diffusion
+    }
+
+    /// By which light that enters at this point leaves elsewhere, if it does.
+    #[must_use]
+    pub fn diffusion(
+        &self,
+        textures: &Textures,
+        si: &SurfaceInteraction,
+        footprint: &Footprint,
+        wl: &mut Wavelengths,
+    ) -> Option<DiffusionProfile> {
+        let diffuser = self.list[si.material.index()].diffuser()?;
+        let ctx = TextureContext::at(si, *footprint);
+        Some(diffuser.at(&mut Lookup::at(textures, &ctx, wl)))
     }
 
     /// The priority of the body that a material bounds, if it has one.
@@ -663,6 +699,7 @@ pub(crate) mod tests {
             g: 0.0,
             eta: 1.33,
             roughness: Roughness::smooth(),
+            method: scene_desc::SubsurfaceMethod::Walk,
         };
         let skin = || kind(SubsurfaceProfile::Named("Skin1".into()));
         let mix = MaterialKind::Mix {

@@ -251,8 +251,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "no-weight",
         mistake: "light samples counted in full beside rays that find the lamp",
         file: DIRECT,
-        from: "h.weight(pdf, rival) / pdf.value()",
-        to: "{ let _ = (h, rival); 1.0 / pdf.value() }",
+        from: "h.weight(all, rival) / pdf.value()",
+        to: "{ let _ = (h, rival, all); 1.0 / pdf.value() }",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {
@@ -267,8 +267,8 @@ pub(crate) const MUTANTS: &[Mutant] = &[
         name: "two-heuristics",
         mistake: "balance heuristic on one side, power heuristic on the other",
         file: DIRECT,
-        from: "h.weight(pdf, rival) / pdf.value()",
-        to: "{ let _ = h; Heuristic::Balance.weight(pdf, rival) / pdf.value() }",
+        from: "h.weight(all, rival) / pdf.value()",
+        to: "{ let _ = h; Heuristic::Balance.weight(all, rival) / pdf.value() }",
         tests: &[agreement(&["large_lamp"])],
     },
     Mutant {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use math::{Transform, Vec3};
 use scene_desc::{
     ColorSpaceName, GridBorder, GridEmission, GridLayout, MediumDesc, MediumId, MediumKind, PhaseDesc,
-    PhasePart, SpectrumDesc,
+    PhasePart, SpectrumDesc, WrapMode,
 };
 
 use super::build::Build;
@@ -102,8 +102,8 @@ impl<'t> Build<'t, '_, '_> {
                 homogeneous(times(sigma_t, rest(albedo)), times(sigma_t, albedo), scale),
                 Transform::IDENTITY,
             ),
-            (Volume::Grid { grid, world_from_grid, repeats }, Volume::Constant(albedo)) => {
-                self.warn_of_repetition(node, repeats);
+            (Volume::Grid { grid, world_from_grid, wrap }, Volume::Constant(albedo)) => {
+                self.warn_of_repetition(node, wrap);
                 let place = world_from_grid;
                 if grid.is_grey {
                     let density = grid.values.iter().map(|v| v[0]).collect();
@@ -115,10 +115,10 @@ impl<'t> Build<'t, '_, '_> {
                 (coloured(&grid, scale, |_, v| (times(v, rest(albedo)), times(v, albedo))), place)
             }
             (
-                Volume::Grid { grid, world_from_grid, repeats },
+                Volume::Grid { grid, world_from_grid, wrap },
                 Volume::Grid { grid: a, world_from_grid: to_a, .. },
             ) => {
-                self.warn_of_repetition(node, repeats);
+                self.warn_of_repetition(node, wrap);
                 let a_from_grid = to_a.inverse() * world_from_grid;
                 let kind = coloured(&grid, scale, |p, v| {
                     let albedo = a.at(a_from_grid.point(math::Point(p)).0);
@@ -126,8 +126,8 @@ impl<'t> Build<'t, '_, '_> {
                 });
                 (kind, world_from_grid)
             }
-            (Volume::Constant(sigma_t), Volume::Grid { grid, world_from_grid, repeats }) => {
-                let (grid, around) = self.laid_out(node, grid, repeats);
+            (Volume::Constant(sigma_t), Volume::Grid { grid, world_from_grid, wrap }) => {
+                let (grid, around) = self.laid_out(node, grid, wrap);
                 let kind = coloured(&grid, scale, |_, albedo| {
                     (times(sigma_t, rest(albedo)), times(sigma_t, albedo))
                 });
@@ -153,8 +153,8 @@ impl<'t> Build<'t, '_, '_> {
         }
     }
 
-    fn warn_of_repetition(&mut self, node: &Node, repeats: bool) {
-        if repeats {
+    fn warn_of_repetition(&mut self, node: &Node, wrap: WrapMode) {
+        if wrap != WrapMode::Clamp {
             self.report
                 .warning(node.span, "a medium whose density repeats is not supported")
                 .hint("it is there once, and nothing around it");
@@ -162,7 +162,7 @@ impl<'t> Build<'t, '_, '_> {
     }
 
     /// A grid that goes on for ever, as far as it is laid out here, and its place.
-    fn laid_out(&mut self, node: &Node, grid: Grid, repeats: bool) -> (Grid, Transform) {
+    fn laid_out(&mut self, node: &Node, grid: Grid, wrap: WrapMode) -> (Grid, Transform) {
         let n = u64::from(2 * REPEATS).pow(3) * grid.values.len() as u64;
         let side = if n <= MOST_REPEATED_POINTS { 2 * REPEATS } else { 1 };
         let (first, last) = (-f64::from(side / 2), f64::from(side - side / 2));
@@ -171,7 +171,14 @@ impl<'t> Build<'t, '_, '_> {
         let [x, y, z] = grid.resolution.map(|r| r as usize);
         let s = side as usize;
         let mut values = Vec::with_capacity(grid.values.len() * s * s * s);
-        let old = |i: usize, n: usize| if repeats { i % n } else { i.saturating_sub(s / 2 * n).min(n - 1) };
+        let old = |i: usize, n: usize| match wrap {
+            WrapMode::Repeat => i % n,
+            WrapMode::Mirror => {
+                let k = (i + s / 2 * n) % (2 * n);
+                k.min(2 * n - 1 - k)
+            }
+            WrapMode::Clamp | WrapMode::Black => i.saturating_sub(s / 2 * n).min(n - 1),
+        };
         for k in 0..z * s {
             for j in 0..y * s {
                 values.extend((0..x * s).map(|i| grid.values[(old(k, z) * y + old(j, y)) * x + old(i, x)]));

@@ -289,10 +289,10 @@ impl<'t> Build<'t, '_, '_> {
     fn volume_texture(&mut self, node: &'t Node) -> Option<TextureNode> {
         Some(match self.volume(node, "volume", 0.5) {
             Volume::Constant(rgb) => TextureNode::Constant(TextureInput::Spectrum(SpectrumDesc::srgb(rgb))),
-            Volume::Grid { grid, world_from_grid, repeats } => TextureNode::Volume {
+            Volume::Grid { grid, world_from_grid, wrap } => TextureNode::Volume {
                 resolution: grid.resolution,
                 values: grid.values.into(),
-                wrap: if repeats { WrapMode::Repeat } else { WrapMode::Clamp },
+                wrap,
                 texture_from_world: world_from_grid.inverse(),
             },
         })

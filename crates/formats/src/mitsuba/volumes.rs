@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use math::{Transform, Vec3};
+use scene_desc::WrapMode;
 
 use super::build::Build;
 use super::tree::{Class, Node, NodeId, Value};
@@ -36,7 +37,8 @@ pub(super) enum Volume {
         grid: Grid,
         /// From the grid's unit cube.
         world_from_grid: Transform,
-        repeats: bool,
+        /// How it goes on beyond its cube.
+        wrap: WrapMode,
     },
 }
 
@@ -172,14 +174,15 @@ impl<'t> Build<'t, '_, '_> {
     fn grid_volume(&mut self, node: &'t Node) -> Option<Volume> {
         let to_world = self.transform(node, "to_world");
         let use_bounds = self.boolean(node, "use_grid_bbox", false);
-        let wrap = self.word(node, "wrap_mode", &["clamp", "repeat", "mirror"]);
+        let wrap = match self.word(node, "wrap_mode", &["clamp", "repeat", "mirror"]) {
+            "repeat" => WrapMode::Repeat,
+            "mirror" => WrapMode::Mirror,
+            _ => WrapMode::Clamp,
+        };
         if self.word(node, "filter_type", &["trilinear", "nearest"]) == "nearest" {
             self.report
                 .warning(node.span_of("filter_type"), "grids are trilinear")
                 .hint("they look smoother");
-        }
-        if wrap == "mirror" {
-            self.report.warning(node.span_of("wrap_mode"), "grids do not mirror").hint("they repeat");
         }
         node.accept(&["raw", "accel", "send_data"]);
         let Some(name) = self.string(node, "filename") else {
@@ -196,7 +199,7 @@ impl<'t> Build<'t, '_, '_> {
             Some(scale) if use_bounds => to_world * Transform::translate(lo) * scale,
             Some(_) | None => to_world,
         };
-        Some(Volume::Grid { grid, world_from_grid, repeats: wrap != "clamp" })
+        Some(Volume::Grid { grid, world_from_grid, wrap })
     }
 }
 

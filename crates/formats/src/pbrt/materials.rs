@@ -2,7 +2,7 @@
 
 use scene_desc::{
     ConductorSpectrum, FloatInput, HairColor, ImageEncoding, MaterialDesc, MaterialId, MaterialKind,
-    Roughness, SpectrumDesc, SpectrumInput, SubsurfaceProfile, Tint,
+    Roughness, SpectrumDesc, SpectrumInput, SubsurfaceMethod, SubsurfaceProfile, Tint,
 };
 
 use super::build::Build;
@@ -300,7 +300,21 @@ impl Build<'_, '_> {
             g: p.float("g", 0.0, self.report),
             eta: p.float("eta", 1.33, self.report),
             roughness: self.roughness(p, &PLAIN),
+            method: self.subsurface_method(p),
         })
+    }
+
+    /// How light gets about below a surface, which pbrt does not ask.
+    pub(super) fn subsurface_method(&mut self, p: &Params) -> SubsurfaceMethod {
+        match p.string_opt("method", self.report) {
+            Some((name, _)) if name == "separable" => SubsurfaceMethod::Separable,
+            Some((name, span)) if name != "walk" => {
+                let message = format!("\"method\" is \"{name}\"");
+                self.report.error(span, message).hint("expected \"walk\" or \"separable\"");
+                SubsurfaceMethod::Walk
+            }
+            Some(_) | None => SubsurfaceMethod::Walk,
+        }
     }
 
     fn mix(&mut self, entity: &Entity) -> Option<MaterialKind> {

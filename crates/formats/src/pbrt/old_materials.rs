@@ -86,6 +86,7 @@ impl Build<'_, '_> {
                 g: p.float("g", 0.0, self.report),
                 eta: p.float("eta", 1.33, self.report),
                 roughness: self.old_roughness(p, 0.0),
+                method: self.subsurface_method(p),
             },
             "fourier" => {
                 p.accept(&[("bsdffile", Type::String)]);

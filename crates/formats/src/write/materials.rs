@@ -2,7 +2,7 @@
 
 use scene_desc::{
     ConductorSpectrum, Distribution, HairColor, IndexOfRefraction, MaterialDesc, MaterialKind, NormalLayout,
-    Roughness, Span, SpectrumInput, SubsurfaceProfile, Tint,
+    Roughness, Span, SpectrumInput, SubsurfaceMethod, SubsurfaceProfile, Tint,
 };
 
 use super::params::Params;
@@ -190,7 +190,7 @@ impl Writer<'_, '_, '_> {
                 Self::float_input(p, "amount", amount);
                 "mix"
             }
-            MaterialKind::Subsurface { profile, scale, g, eta, roughness } => {
+            MaterialKind::Subsurface { profile, scale, g, eta, roughness, method } => {
                 match profile {
                     SubsurfaceProfile::Named(name) => p.string("name", name),
                     SubsurfaceProfile::Coefficients { sigma_a, sigma_s } => {
@@ -206,6 +206,9 @@ impl Writer<'_, '_, '_> {
                 p.float("g", *g);
                 p.float("eta", *eta);
                 self.roughness(p, NO_PREFIX, roughness, span);
+                if *method == SubsurfaceMethod::Separable {
+                    p.string("method", "separable");
+                }
                 "subsurface"
             }
             MaterialKind::Interface | MaterialKind::TwoSided { .. } | MaterialKind::Measured { .. } => {

@@ -90,7 +90,7 @@ impl DirectLight<'_> {
             return Spectrum::ZERO;
         }
         let [n_light, n_direction] = self.counts.map(|n| n as f32);
-        let weight = weight_of_sample(sample.density, strategy, chosen * n_light, rival * n_direction);
+        let weight = weight_of_sample(sample.density, strategy, [chosen * n_light, 0.0], rival * n_direction);
         tools.counters.rays += 1;
         if self.scene.is_empty_space() {
             return match weight.is_finite() && self.scene.unoccluded(ctx, sample) {
@@ -104,23 +104,34 @@ impl DirectLight<'_> {
 }
 
 /// Light straight from emitters to a point of a medium, in its surroundings: phase function × Le / p of one light sample,
-/// weighted.
+/// weighted. `rate` tells how many samples of a light others make there.
 pub(crate) fn direct_in_medium(
     scene: &Scene,
     (point, around): (&MediumPoint, &Surroundings),
-    strategy: LightStrategy,
+    (strategy, rate): (LightStrategy, impl FnOnce(LightId) -> f32),
     tools: &mut Tools<'_>,
 ) -> Spectrum {
     let ctx = point.light_context();
     let Some((sample, chosen)) = tools.light_sample(scene, &ctx, [0, 1]) else { return Spectrum::ZERO };
+    scatter_sample(scene, (point, around), &sample, (strategy, [chosen, rate(sample.light)]), tools)
+}
+
+/// What a light sample contributes at a point of a medium. So many are made of its light in this way and in others.
+pub(crate) fn scatter_sample(
+    scene: &Scene,
+    (point, around): (&MediumPoint, &Surroundings),
+    sample: &LightSample,
+    (strategy, counts): (LightStrategy, [f32; 2]),
+    tools: &mut Tools<'_>,
+) -> Spectrum {
     let rival = point.phase.pdf(point.wo, sample.wi);
     let scattered = sample.li * rival.value();
     if scattered.is_black() {
         return Spectrum::ZERO;
     }
-    let weight = weight_of_sample(sample.density, strategy, chosen, rival);
+    let weight = weight_of_sample(sample.density, strategy, counts, rival);
     tools.counters.rays += 1;
-    scattered * tools.arriving(scene, (&ctx, &sample), around, weight)
+    scattered * tools.arriving(scene, (&point.light_context(), sample), around, weight)
 }
 
 impl Tools<'_> {
@@ -154,14 +165,25 @@ impl Tools<'_> {
     }
 }
 
-/// Weight over density of a light sample, of which `expected` are made, against the `rival` that finds emitters by rays.
-fn weight_of_sample(density: Density, strategy: LightStrategy, expected: f32, rival: Pdf<SolidAngle>) -> f32 {
+/// Weight over density of a light sample, of which `expected` are made and `others` in other ways, against the `rival` that
+/// finds emitters by rays.
+fn weight_of_sample(
+    density: Density,
+    strategy: LightStrategy,
+    [expected, others]: [f32; 2],
+    rival: Pdf<SolidAngle>,
+) -> f32 {
+    let heuristic = match strategy {
+        LightStrategy::Alone => Heuristic::Balance,
+        LightStrategy::Mis(h) => h,
+    };
+    let (share, together) = heuristic.beside(others / expected);
     match (density, strategy) {
-        (Density::Delta { probability }, _) => 1.0 / (probability * expected),
-        (Density::Smooth(pdf), LightStrategy::Alone) => 1.0 / (pdf * expected).value(),
+        (Density::Delta { probability }, _) => share / (probability * expected),
+        (Density::Smooth(pdf), LightStrategy::Alone) => share / (pdf * expected).value(),
         (Density::Smooth(pdf), LightStrategy::Mis(h)) => {
-            let pdf = pdf * expected;
-            h.weight(pdf, rival) / pdf.value()
+            let (pdf, all) = (pdf * expected, pdf * (expected * together));
+            share * h.weight(all, rival) / pdf.value()
         }
     }
 }

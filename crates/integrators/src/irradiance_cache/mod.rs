@@ -39,7 +39,7 @@ use self::cache::{Cache, Rules};
 use crate::common::{DirectionSampling, Gathered, LightStrategy, PixelLoop, Roulette, sampler_of};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::path::Path;
-use crate::registry::{IntegratorInfo, Making, refuses_nothing};
+use crate::registry::{IntegratorInfo, Making, refuses_diffusion};
 use crate::shortcut::{LIGHT_SAMPLES, Shortcut};
 use crate::walker::Walker;
 use crate::{Cell, CellOutput, Integrator, PassContext, Prepared};
@@ -50,7 +50,7 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     purpose: "light between matt surfaces interpolated from few places: smooth interiors, soon and without noise",
     misses: "what path misses; detail of indirect light below its spacing, and its interpolation error is not in the variance",
     unbiased: false,
-    refuses: refuses_nothing,
+    refuses: refuses_diffusion,
     parameters,
     make,
 };
@@ -107,7 +107,15 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
 
 fn path<S>(max_depth: u32, roulette: Roulette, heuristic: Heuristic, shortcut: S) -> Path<S> {
     let lights = Some(LightStrategy::Mis(heuristic));
-    Path { max_depth, roulette, lights, directions: DirectionSampling::Bsdf, shortcut, guide: None }
+    Path {
+        max_depth,
+        roulette,
+        lights,
+        directions: DirectionSampling::Bsdf,
+        equiangular: false,
+        shortcut,
+        guide: None,
+    }
 }
 
 /// What was set.

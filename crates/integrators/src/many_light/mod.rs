@@ -104,6 +104,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         roulette: Roulette { rr_depth: p.integer("rr_depth") },
         lights: Some(LightStrategy::Mis(shared::heuristic(p))),
         directions: DirectionSampling::Bsdf,
+        equiangular: false,
         shortcut,
         guide: None,
     };

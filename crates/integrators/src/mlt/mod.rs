@@ -88,6 +88,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
             roulette: Roulette { rr_depth: 0 },
             lights: None,
             directions: DirectionSampling::Bsdf,
+            equiangular: false,
             shortcut: (),
             guide: None,
         },

@@ -168,7 +168,7 @@ impl GatherWalk {
         let gathers_all = on.is_gathering || self.at_diffuse == AtDiffuse::Raw;
         if !gathers_all {
             let mut tools = Tools { sampler: out.sampler, wl: out.wl, counters: out.counters };
-            let direct = direct_in_medium(scene, (&point, &on.around), STRATEGY, &mut tools);
+            let direct = direct_in_medium(scene, (&point, &on.around), (STRATEGY, |_| 0.0), &mut tools);
             out.sum.add(on.throughput * direct, false);
         }
         let vertex = on.vertex(Site::Medium(point));

@@ -137,6 +137,55 @@ pub fn power_law_pdf(x: f32, [lo, hi]: [f32; 2], exponent: f32) -> Pdf<Length> {
     })
 }
 
+/// On [lo, hi] (hi may be infinite), with density in proportion to 1 / (h² + x²): as a point at distance h sees the
+/// line by equal angles; x is measured from the foot of its perpendicular [Kulla2012].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equiangular {
+    range: [f32; 2],
+    h: f32,
+    /// The angle under which the point sees the piece.
+    angle: f32,
+}
+
+impl Equiangular {
+    /// For a piece of a line and a point at distance `h` > 0.
+    #[must_use]
+    pub fn new(range: [f32; 2], h: f32) -> Self {
+        Self { range, h, angle: seen_angle(range, h) }
+    }
+
+    /// The point of a number.
+    #[must_use]
+    pub fn sample(&self, u: f32) -> f32 {
+        // x − lo = h (tan (θ₀ + φ) − tan θ₀), in the form that does not cancel.
+        let ([lo, hi], h) = (self.range, self.h);
+        let (sin, cos) = trig::sin_cos(u * self.angle);
+        let x = lo + sin * (h * h + lo * lo) / (h * cos - lo * sin).max(f32::MIN_POSITIVE);
+        x.clamp(lo, hi.min(f32::MAX))
+    }
+
+    /// The `u` of a point.
+    #[must_use]
+    pub fn inverse(&self, x: f32) -> f32 {
+        seen_angle([self.range[0], x], self.h) / self.angle
+    }
+
+    /// Density of [`Equiangular::sample`].
+    #[must_use]
+    pub fn pdf(&self, x: f32) -> Pdf<Length> {
+        if !(self.range[0]..=self.range[1]).contains(&x) {
+            return Pdf::ZERO;
+        }
+        let pdf = self.h / (self.angle * (self.h * self.h + x * x));
+        if pdf.is_finite() { Pdf::new(pdf) } else { Pdf::ZERO }
+    }
+}
+
+/// The angle under which a point at distance `h` sees a piece of a line.
+fn seen_angle([lo, hi]: [f32; 2], h: f32) -> f32 {
+    if hi.is_finite() { trig::atan2(h * (hi - lo), h * h + lo * hi) } else { trig::atan2(h, lo) }
+}
+
 /// On the unit square, in proportion to the bilinear patch with values `w` at (0,0), (1,0), (0,1), (1,1), none negative.
 #[must_use]
 pub fn bilinear(u: [f32; 2], w: [f32; 4]) -> [f32; 2] {

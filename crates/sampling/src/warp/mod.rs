@@ -17,9 +17,9 @@ pub use hemisphere::{
     uniform_sphere_inverse, uniform_sphere_pdf,
 };
 pub use line::{
-    bilinear, bilinear_inverse, bilinear_pdf, exponential, exponential_inverse, exponential_pdf, linear,
-    linear_inverse, linear_pdf, power_law, power_law_inverse, power_law_pdf, tent, tent_inverse, tent_pdf,
-    truncated_exponential, truncated_exponential_inverse, truncated_exponential_pdf,
+    Equiangular, bilinear, bilinear_inverse, bilinear_pdf, exponential, exponential_inverse, exponential_pdf,
+    linear, linear_inverse, linear_pdf, power_law, power_law_inverse, power_law_pdf, tent, tent_inverse,
+    tent_pdf, truncated_exponential, truncated_exponential_inverse, truncated_exponential_pdf,
 };
 pub use octahedral::{equal_area_sphere, equal_area_sphere_inverse, equal_area_sphere_pdf, wrap_equal_area};
 pub use spherical::{DirectionOnShape, Rectangle, SphericalRectangle, SphericalTriangle};

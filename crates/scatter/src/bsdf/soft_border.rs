@@ -5,6 +5,10 @@
 //! `1 − r` leaves with density in proportion to `T cos`, and `r = 1 − (1 − F̄) / η²` is reflected evenly. So a smooth
 //! border can be lit through by small lamps, as no refracting one can.
 //!
+//! Over a diffusion profile, which knows where light leaves again and nothing of directions, entering is a delta event, as
+//! nothing inside can be connected to; what emerges elsewhere does so through the same border without reflection from inside
+//! ([`SoftBorder::emerging`]).
+//!
 //! Radiance is divided by η² on its way in, importance is not [Veach1997, ch. 5].
 //! Departs: of rough borders, F of `T` is taken at a more grazing angle, so that facets that face away from the eye give
 //! back no light twice.
@@ -28,6 +32,8 @@ pub struct SoftBorder {
     inside: f32,
     /// On the cosine with which T is looked up.
     grazing: f32,
+    /// Is a profile below, and no medium? Seen from inside it is black then.
+    is_over_profile: bool,
 }
 
 impl SoftBorder {
@@ -38,7 +44,27 @@ impl SoftBorder {
         let [u, v] = facets.alpha();
         let gloss = Dielectric::new(eta, facets);
         let width = if gloss.is_smooth() { 0.0 } else { u.max(v).min(1.0) };
-        Self { gloss, inside: Self::inside(eta), grazing: 1.0 - 0.35 * width }
+        let is_over_profile = false;
+        Self { gloss, inside: Self::inside(eta), grazing: 1.0 - 0.35 * width, is_over_profile }
+    }
+
+    /// The same over a diffusion profile.
+    #[must_use]
+    pub fn over_profile(self) -> Self {
+        Self { is_over_profile: true, ..self }
+    }
+
+    /// As light sees it that emerges, seen from inside; and the factor on that light, whose share that passes from inside is in
+    /// its profile already.
+    #[must_use]
+    pub fn emerging(self) -> (Self, f32) {
+        (Self { inside: 0.0, is_over_profile: false, ..self }, 1.0 / (1.0 - self.inside))
+    }
+
+    /// Does light enter here that leaves elsewhere?
+    #[must_use]
+    pub fn is_over_profile(&self) -> bool {
+        self.is_over_profile
     }
 
     /// Reflectance from inside: all but what light from an even sky outside would get in, over η².
@@ -52,6 +78,15 @@ impl SoftBorder {
         1.0 - fresnel::dielectric(outside.abs_cos_theta() * self.grazing, self.gloss.eta())
     }
 
+    /// Into a profile, with the chance of passing.
+    fn entering(&self, passes: f32, mode: TransportMode) -> Option<BsdfSample> {
+        let eta = self.gloss.eta();
+        let weight = Spectrum::splat(mode.transmission_scale(eta));
+        let lobe = Lobe::transmission(Gloss::Specular);
+        let sample = BsdfSample::delta(-LocalDir::NORMAL, weight, passes, lobe);
+        (passes > 0.0).then_some(BsdfSample { eta, ..sample })
+    }
+
     /// Index of the far side over the near side.
     fn eta_from(&self, wo: LocalDir) -> f32 {
         if wo.0.z > 0.0 { self.gloss.eta() } else { 1.0 / self.gloss.eta() }
@@ -60,7 +95,9 @@ impl SoftBorder {
 
 impl BsdfKind for SoftBorder {
     fn eval(&self, wo: LocalDir, wi: LocalDir, mode: TransportMode) -> Spectrum {
-        let f = if wo.same_hemisphere(wi) {
+        let f = if self.is_over_profile && (wo.0.z <= 0.0 || wi.0.z <= 0.0) {
+            0.0
+        } else if wo.same_hemisphere(wi) {
             match wo.0.z > 0.0 {
                 true => self.gloss.eval_scalar(wo, wi, mode),
                 false => self.inside * FRAC_1_PI,
@@ -81,7 +118,9 @@ impl BsdfKind for SoftBorder {
     fn pdf(&self, wo: LocalDir, wi: LocalDir, _: TransportMode) -> Pdf<SolidAngle> {
         let cosine = wi.abs_cos_theta() * FRAC_1_PI;
         let passes = if wo.0.z > 0.0 { self.transmittance(wo) } else { 1.0 - self.inside };
-        if wo.same_hemisphere(-wi) {
+        if self.is_over_profile && (wo.0.z <= 0.0 || wi.0.z <= 0.0) {
+            Pdf::ZERO
+        } else if wo.same_hemisphere(-wi) {
             Pdf::new(passes * cosine)
         } else if !wo.same_hemisphere(wi) {
             Pdf::ZERO
@@ -103,6 +142,9 @@ impl BsdfKind for SoftBorder {
                 None => BsdfSample::delta(s.wi, weight, p_reflect, s.lobe),
                 Some(pdf) => BsdfSample::smooth(s.wi, weight, pdf * p_reflect, s.lobe),
             });
+        }
+        if self.is_over_profile {
+            return self.entering(passes, mode).filter(|_| is_outside);
         }
         let near = cosine_on_side_of(wo, u)?;
         let cosine = near.abs_cos_theta() * FRAC_1_PI;
@@ -126,11 +168,19 @@ impl BsdfKind for SoftBorder {
             (true, false) => LobeFlags::SPECULAR_REFLECTION,
             (false, false) => LobeFlags::GLOSSY_REFLECTION,
         };
+        if self.is_over_profile {
+            return gloss | LobeFlags::SPECULAR_TRANSMISSION;
+        }
         gloss | LobeFlags::DIFFUSE_TRANSMISSION | LobeFlags::DIFFUSE_REFLECTION
     }
 
     fn specular_probability(&self, wo: LocalDir) -> f32 {
-        if self.gloss.is_smooth() && wo.0.z > 0.0 { 1.0 - self.transmittance(wo) } else { 0.0 }
+        if wo.0.z <= 0.0 {
+            return 0.0;
+        }
+        let passes = self.transmittance(wo);
+        let of_gloss = if self.gloss.is_smooth() { 1.0 - passes } else { 0.0 };
+        if self.is_over_profile { of_gloss + passes } else { of_gloss }
     }
 
     fn albedo_estimate(&self, _: LocalDir) -> Spectrum {

@@ -92,6 +92,12 @@ impl Lights {
         }
     }
 
+    /// Where a light at a finite place is: a point in its middle.
+    #[must_use]
+    pub fn middle(&self, light: LightId) -> Option<Point> {
+        self.position(light).or_else(|| self.surface_point(light).map(|(p, _)| p))
+    }
+
     /// A point in the middle of an emitting surface at the moment zero, and its normal.
     pub(crate) fn surface_point(&self, light: LightId) -> Option<(Point, Dir)> {
         match &self.list[light.index()] {

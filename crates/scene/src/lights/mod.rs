@@ -66,6 +66,8 @@ pub struct Lights {
     power: Vec<f32>,
     infinite: Vec<LightId>,
     world: WorldSphere,
+    /// Around all that emits at finite places.
+    finite: Option<(Point, f32)>,
 }
 
 /// The kinds of light.
@@ -341,6 +343,14 @@ impl Lights {
                 matches!(light, Light::InfiniteConstant(_) | Light::InfiniteImage(_) | Light::Portal(_))
             })
             .collect();
+        let bounds = self.ids().filter_map(|l| self.light_bounds(l)).map(|b| b.bounds).reduce(Bounds::union);
+        self.finite = bounds.map(|b| b.bounding_sphere());
+    }
+
+    /// A sphere around all lights at finite places that emit, if there are any.
+    #[must_use]
+    pub fn finite_sphere(&self) -> Option<(Point, f32)> {
+        self.finite
     }
 
     /// A sample of a light at the point `p` with intensity by direction (away from the light).

@@ -2,25 +2,26 @@
 
 mod artist;
 mod inputs;
+mod subsurface;
 
 use std::path::PathBuf;
 
 use rayon::prelude::*;
 use scatter::{Bsdf, CoatProfiles, ThinDielectric};
 use scene_desc::{
-    FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SceneDesc, Span, SpectrumDesc,
-    SpectrumInput, SubsurfaceProfile, Tint,
+    FloatInput, IndexOfRefraction, MaterialDesc, MaterialKind, Roughness, SceneDesc, Span, SpectrumInput,
+    SubsurfaceMethod, Tint,
 };
-use spectrum::{ColorMode, Spectrum, Wavelengths};
+use spectrum::{ColorMode, Wavelengths};
 
 use super::bump::NormalMap;
 use super::look::{Look, PlasticLook};
 use super::measured::MeasuredLook;
 use super::parameters::{Base, Lookup, ProfileKey};
-use super::subsurface::{Interior, Under, effective_albedo, measured as measured_medium, names};
+use super::subsurface::Interior;
 use super::{Material, Materials, Relief, Surface};
 use crate::MaterialId;
-use crate::textures::{FloatHandle, SpectrumHandle, SpectrumRole, TextureCompiler};
+use crate::textures::{FloatHandle, SpectrumHandle, TextureCompiler};
 
 impl Materials {
     /// Compiles all materials of a scene; their ids stay. Inputs that make no sense are reported to the compiler's
@@ -53,7 +54,8 @@ impl Materials {
                 material.constant = uniform_bsdf(&material.surface, &profiles);
             }
         }
-        Self { list, profiles, interiors }
+        let has_diffusion = list.iter().any(|m| m.diffuser().is_some());
+        Self { list, profiles, interiors, has_diffusion }
     }
 }
 
@@ -111,7 +113,13 @@ impl Compiler<'_, '_> {
         let interior = self.interior(&desc.kind, span);
         let surface = match (&desc.kind, &interior) {
             (MaterialKind::Subsurface { eta, roughness, .. }, Some(_)) => {
-                Surface::Look(Look::SoftBorder { eta: *eta, alpha: self.alpha(roughness, span) })
+                let alpha = self.alpha(roughness, span);
+                Surface::Look(Look::SoftBorder { eta: *eta, alpha, profile: None })
+            }
+            (MaterialKind::Subsurface { method: SubsurfaceMethod::Separable, .. }, None)
+                if !self.is_mixed() =>
+            {
+                self.separable(&desc.kind, span)
             }
             (kind, _) => self.surface(kind, span),
         };
@@ -234,7 +242,7 @@ impl Compiler<'_, '_> {
                 self.hair(color, *eta, [beta_m, beta_n, alpha], span)
             }
             MaterialKind::Measured { path } => self.measured(path, span),
-            MaterialKind::Subsurface { profile, scale: _, g, eta, roughness } => {
+            MaterialKind::Subsurface { profile, scale: _, g, eta, roughness, method: _ } => {
                 self.subsurface(profile, *g, (*eta, roughness), span)
             }
         })
@@ -265,65 +273,6 @@ impl Compiler<'_, '_> {
             nonlinear,
             profiles,
         }))
-    }
-
-    /// What is under a subsurface material's surface.
-    fn interior(&mut self, kind: &MaterialKind, span: Span) -> Option<Interior> {
-        let MaterialKind::Subsurface { profile, scale, g, eta, .. } = kind else { return None };
-        if self.mixed.get(self.interiors.len()).copied().unwrap_or(false) {
-            return None;
-        }
-        let under = Under { scale: *scale, g: *g, eta: *eta, span };
-        let colors = self.textures.colors();
-        Interior::new(profile, under, colors, self.textures.sink())
-    }
-
-    fn subsurface(
-        &mut self,
-        profile: &SubsurfaceProfile,
-        g: f32,
-        (eta, roughness): (f32, &Roughness),
-        span: Span,
-    ) -> Look {
-        self.textures
-            .sink()
-            .warning(
-                span,
-                "subsurface scattering with textures, or as a part of another material, is not supported",
-            )
-            .hint("rendered as a coated diffuse surface of about the same albedo");
-        let base = match profile {
-            SubsurfaceProfile::Reflectance { reflectance, .. } => {
-                Base::Albedo(self.albedo(reflectance, span))
-            }
-            SubsurfaceProfile::Coefficients { sigma_a, sigma_s } => {
-                let mut handle = |input| self.textures.spectrum(input, SpectrumRole::Unbounded, span);
-                Base::Subsurface { sigma_a: handle(sigma_a), sigma_s: handle(sigma_s), g }
-            }
-            SubsurfaceProfile::Named(name) => {
-                let albedo = measured_medium(name).unwrap_or_else(|| {
-                    let known: Vec<_> = names().collect();
-                    self.textures
-                        .sink()
-                        .warning(span, format!("no subsurface material is named \"{name}\""))
-                        .hint(format!("rendered grey; known names: {}", known.join(", ")));
-                    [[1.0; 3]; 2]
-                });
-                // Scattering is measured reduced: isotropic.
-                let [a, s] = albedo.map(Spectrum::from_rgb);
-                let rgb = effective_albedo(a, s, 0.0).rgb();
-                Base::Albedo(self.albedo(&SpectrumDesc::srgb(rgb).into(), span))
-            }
-        };
-        let coat = CoatParts {
-            eta: &IndexOfRefraction::Constant(eta),
-            roughness,
-            thickness: &0.0.into(),
-            g: &0.0.into(),
-            albedo: &SpectrumDesc::Constant(0.0).into(),
-            limits: [100, 1],
-        };
-        self.coated_diffuse(base, &coat, span)
     }
 
     /// Mixtures of what is not there or of themselves become a medium's border, and an error.

@@ -46,6 +46,11 @@ impl HalfSpace {
         below + self.rest * math::trig::f64::pow(omega, 3.0 * MOST as f64)
     }
 
+    /// Albedos of half-spaces, by single-scattering albedo.
+    pub(super) fn table(&self) -> AlbedoTable {
+        AlbedoTable((0..AlbedoTable::SIZE).map(|i| self.albedo(AlbedoTable::omega(i)) as f32).collect())
+    }
+
     /// The single-scattering albedo that gives back this share.
     pub(super) fn invert(&self, albedo: f32) -> f32 {
         let (mut lo, mut hi) = (0.0, 1.0);
@@ -54,6 +59,37 @@ impl HalfSpace {
             if self.albedo(middle) < f64::from(albedo) { lo = middle } else { hi = middle }
         }
         hi as f32
+    }
+}
+
+/// What half-spaces give back, for quick looks both ways.
+#[derive(Clone, Debug)]
+pub(super) struct AlbedoTable(std::sync::Arc<[f32]>);
+
+impl AlbedoTable {
+    const SIZE: usize = 129;
+
+    /// Entries are denser towards one, where the albedo is steep: they are even in the root of 1 − ω.
+    fn omega(i: usize) -> f64 {
+        let root = 1.0 - i as f64 / (Self::SIZE - 1) as f64;
+        1.0 - root * root
+    }
+
+    /// The share that single-scattering albedo `omega` gives back.
+    pub(super) fn albedo(&self, omega: f32) -> f32 {
+        let x = (1.0 - trig::safe_sqrt(1.0 - omega.min(1.0))) * (Self::SIZE - 1) as f32;
+        let i = (x as usize).min(Self::SIZE - 2);
+        let t = x - i as f32;
+        self.0[i] * (1.0 - t) + self.0[i + 1] * t
+    }
+
+    /// The single-scattering albedo that gives back this share.
+    pub(super) fn invert(&self, albedo: f32) -> f32 {
+        let i = self.0.partition_point(|a| *a < albedo).clamp(1, Self::SIZE - 1);
+        let (lo, hi) = (self.0[i - 1], self.0[i]);
+        let t = if hi > lo { ((albedo - lo) / (hi - lo)).clamp(0.0, 1.0) } else { 0.0 };
+        let root = 1.0 - (i as f32 - 1.0 + t) / (Self::SIZE - 1) as f32;
+        1.0 - root * root
     }
 }
 
@@ -95,6 +131,17 @@ mod tests {
         assert!(HalfSpace::new(1.0, 0.8).albedo(0.9) < bare.albedo(0.9));
         let under_glass = HalfSpace::new(1.33, 0.0);
         assert!(under_glass.albedo(0.9) < bare.albedo(0.9) && under_glass.albedo(1.0) > 0.999);
+    }
+
+    #[test]
+    fn a_table_says_what_the_walks_say() {
+        let h = HalfSpace::new(1.33, 0.3);
+        let table = h.table();
+        for omega in [0.0, 0.3, 0.77, 0.9, 0.999, 1.0] {
+            let albedo = h.albedo(omega);
+            assert!((f64::from(table.albedo(omega as f32)) - albedo).abs() < 1e-3, "{omega}");
+            assert!((f64::from(table.invert(albedo as f32)) - omega).abs() < 2e-3, "{omega}");
+        }
     }
 
     #[test]

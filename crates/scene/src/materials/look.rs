@@ -10,6 +10,7 @@ use spectrum::{Spectrum, Wavelengths};
 use super::artist::{HairLook, MetallicRoughnessLook, PrincipledLook};
 use super::measured::MeasuredLook;
 use super::parameters::{Alpha, Base, Eta, Layer, Lookup, Metal, Tints};
+use super::subsurface::Diffuser;
 use crate::textures::{FloatHandle, SpectrumHandle};
 
 /// The kinds of surface that scatter.
@@ -41,10 +42,11 @@ pub(super) enum Look {
         eta: Eta,
         tint: Tints,
     },
-    /// With a medium inside.
+    /// With a medium inside, or over a diffusion profile.
     SoftBorder {
         eta: f32,
         alpha: Alpha,
+        profile: Option<Box<Diffuser>>,
     },
     CoatedDiffuse {
         base: Base,
@@ -104,7 +106,10 @@ impl Look {
                     None => glass.into(),
                 }
             }
-            Self::SoftBorder { eta, alpha } => SoftBorder::new(*eta / at.outside, alpha.at(at)).into(),
+            Self::SoftBorder { eta, alpha, profile } => {
+                let border = SoftBorder::new(*eta / at.outside, alpha.at(at));
+                if profile.is_some() { border.over_profile().into() } else { border.into() }
+            }
             Self::ThinDielectric { eta, tint } => {
                 let pane = ThinDielectric::new(eta.at(at.wl));
                 match tint.at(at) {

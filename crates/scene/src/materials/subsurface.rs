@@ -4,18 +4,22 @@
 //! path `1/σ_t` become coefficients by albedo inversion ([`HalfSpace`]). The surface must be closed: what walks out of a hole is
 //! lost.
 //!
-//! Where a parameter is a texture, and in mixtures, a coat over the effective albedo stands in: a half space of particles with single-scattering albedo ω and asymmetry g gives back
+//! Or light leaves by a diffusion profile, whose parameters may vary over the surface ([`Diffuser`]).
+//!
+//! Where a parameter of a walk is a texture, and in mixtures, a coat over the effective albedo stands in: a half space of particles with single-scattering albedo ω and asymmetry g gives back
 //! `(1 − s)(1 − 0.139 s) / (1 + 1.17 s)` of uniform light, `s = √((1 − ω)/(1 − ω g))` [Hulst1980].
 //! Named coefficients are measured ones, in 1/mm, scattering reduced.
 
+use scatter::DiffusionProfile;
 use scene_desc::{Sink, Span, SpectrumDesc, SpectrumInput, SubsurfaceProfile};
 use spectrum::{
     ColorMode, ColorPipeline, LAMBDA_MAX, LAMBDA_MIN, SpectralCurve, Spectrum, SpectrumValue, Wavelengths,
     measured_media,
 };
 
-use super::half_space::HalfSpace;
-use crate::textures::{SpectrumRole, spectrum_value};
+use super::half_space::{AlbedoTable, HalfSpace};
+use super::parameters::Lookup;
+use crate::textures::{SpectrumHandle, SpectrumRole, spectrum_value};
 
 /// What is under a surface, in 1/scene unit.
 #[derive(Clone, Debug)]
@@ -23,6 +27,64 @@ pub(crate) struct Interior {
     pub(crate) sigma_a: SpectrumValue,
     pub(crate) sigma_s: SpectrumValue,
     pub(crate) g: f32,
+}
+
+/// Where light leaves by a diffusion profile: its parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Diffuser {
+    /// Effective albedo and mean free path; or absorption and scattering.
+    parameters: [SpectrumHandle; 2],
+    are_coefficients: bool,
+    /// On lengths or coefficients.
+    scale: f32,
+    g: f32,
+    albedos: AlbedoTable,
+}
+
+impl Diffuser {
+    /// Of parameters as [`SubsurfaceProfile`] has them; an unknown name is told of and grey.
+    pub(super) fn new(
+        profile: &SubsurfaceProfile,
+        under: Under,
+        mut handle: impl FnMut(&SpectrumInput, SpectrumRole) -> SpectrumHandle,
+    ) -> Self {
+        let Under { scale, g, eta, span: _ } = under;
+        let mut g = g.clamp(-0.99, 0.99);
+        let (parameters, are_coefficients) = match profile {
+            SubsurfaceProfile::Named(name) => {
+                // Scattering is measured reduced: isotropic.
+                g = 0.0;
+                let of = measured(name).unwrap_or([[1.0; 3]; 2]);
+                (of.map(|rgb| handle(&SpectrumDesc::srgb(rgb).into(), SpectrumRole::Unbounded)), true)
+            }
+            SubsurfaceProfile::Coefficients { sigma_a, sigma_s } => {
+                ([sigma_a, sigma_s].map(|input| handle(input, SpectrumRole::Unbounded)), true)
+            }
+            SubsurfaceProfile::Reflectance { reflectance, mfp } => {
+                let reflectance = handle(reflectance, SpectrumRole::Albedo);
+                ([reflectance, handle(mfp, SpectrumRole::Unbounded)], false)
+            }
+        };
+        let albedos = HalfSpace::new(eta.max(0.1), g).table();
+        Self { parameters, are_coefficients, scale: scale.max(0.0), g, albedos }
+    }
+
+    /// The profile at a point.
+    pub(super) fn at(&self, at: &mut Lookup<'_>) -> DiffusionProfile {
+        let [a, b] = self.parameters.each_ref().map(|h| at.positive(h));
+        let table = &self.albedos;
+        let (albedo, path) = match self.are_coefficients {
+            true => (
+                a.zip(b, |a, s| if a + s > 0.0 { table.albedo(s / (a + s)) } else { 0.0 }),
+                a.zip(b, |a, s| 1.0 / (self.scale * (a + (1.0 - self.g) * s)).max(SHORTEST)),
+            ),
+            false => {
+                let albedo = a.clamp(0.0, 1.0);
+                (albedo, albedo.zip(b, |a, mfp| self.scale * mfp / (1.0 - self.g * table.invert(a))))
+            }
+        };
+        DiffusionProfile::new(albedo, path)
+    }
 }
 
 /// The border of a subsurface material.

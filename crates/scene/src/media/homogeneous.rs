@@ -1,9 +1,10 @@
 //! The same everywhere: everything in closed form.
 
 use math::{Ray, trig};
+use sampling::Pdf;
 use spectrum::{Spectrum, SpectrumValue, Wavelengths};
 
-use super::{Flight, lane_weights};
+use super::{Collision, Flight, lane_weights};
 
 /// A medium that is the same everywhere.
 #[derive(Clone, Debug)]
@@ -81,6 +82,28 @@ impl Homogeneous {
             return Flight { scatters_at: Some(t), factor: passed * sigma_s / density, emitted };
         }
         Flight { scatters_at: None, factor: passed / mean(passed.lanes()), emitted }
+    }
+
+    /// See [`super::Media::collision`].
+    pub(super) fn collision(&self, t: f32, carried: Spectrum, wl: &Wavelengths) -> Option<Collision> {
+        let [sigma_a, sigma_s] = self.coefficients(wl);
+        let sigma_t = sigma_a + sigma_s;
+        let weights = lane_weights(carried, wl);
+        let sum: f32 = weights.iter().sum();
+        if sum <= 0.0 || !weights.iter().zip(sigma_s.lanes()).any(|(w, s)| *w > 0.0 && s > 0.0) {
+            return None;
+        }
+        let sigma = sigma_t.lanes();
+        let own = (0..4).find(|&i| weights[i] > 0.0).unwrap_or(0);
+        if (0..4).all(|i| weights[i] <= 0.0 || sigma[i] == sigma[own]) {
+            let density = sigma[own] * trig::exp(-sigma[own] * t);
+            let factor = sigma_s.safe_div(sigma_t);
+            return (density > 0.0).then(|| Collision { factor, pdf: Pdf::new(density) });
+        }
+        let passed = transmittance(sigma_t, t);
+        let density = weights.iter().zip((passed * sigma_t).lanes()).map(|(w, x)| w * x).sum::<f32>() / sum;
+        let is_possible = density > 0.0 && density.is_finite();
+        is_possible.then(|| Collision { factor: passed * sigma_s / density, pdf: Pdf::new(density) })
     }
 
     /// `∫ σ_a L_e e^{−σ_t x} dx` over the distance.

@@ -21,6 +21,7 @@ mod homogeneous;
 mod tracking;
 
 use math::{Point, Ray};
+use sampling::{Length, Pdf};
 use scatter::PhaseFunction;
 use spectrum::{Spectrum, Wavelengths};
 
@@ -66,9 +67,19 @@ impl Flight {
     pub const EMPTY: Self = Self { scatters_at: None, factor: Spectrum::ONE, emitted: Spectrum::ZERO };
 }
 
+/// A collision at a given distance of a flight.
+#[derive(Clone, Copy, Debug)]
+pub struct Collision {
+    /// What the path carries would be multiplied by it.
+    pub factor: Spectrum,
+    /// The density with which a flight has it there.
+    pub pdf: Pdf<Length>,
+}
+
 /// Lanes that count, weighed with what the path carries in them. The unused lane of RGB mode and secondary wavelengths
 /// that were ended do not.
-fn lane_weights(carried: Spectrum, wl: &Wavelengths) -> [f32; 4] {
+#[must_use]
+pub fn lane_weights(carried: Spectrum, wl: &Wavelengths) -> [f32; 4] {
     let [a, b, c, d] = carried.lanes();
     if wl.is_rgb() {
         [a, b, c, 0.0]
@@ -127,6 +138,22 @@ impl Media {
         match &self.list[medium.index()].body {
             Body::Homogeneous(h) => h.fly(ray, carried, wl, u),
             Body::Varying(v) => v.fly(ray, carried, wl, u),
+        }
+    }
+
+    /// What [`Media::fly`] does if it scatters at distance `t` of a ray that is long enough; `None` where that is not known
+    /// (the medium varies), or cannot be.
+    #[must_use]
+    pub fn collision(
+        &self,
+        medium: MediumId,
+        t: f32,
+        carried: Spectrum,
+        wl: &Wavelengths,
+    ) -> Option<Collision> {
+        match &self.list[medium.index()].body {
+            Body::Homogeneous(h) => h.collision(t, carried, wl),
+            Body::Varying(_) => None,
         }
     }
 
