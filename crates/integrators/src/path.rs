@@ -237,10 +237,7 @@ impl<S: Shortcut> Path<S> {
             Some(guide) => guided(walk, si, shading, guide),
             None => self.unguided(walk, shading, si, share),
         };
-        let Some(s) = s else { return false };
-        if walk.throughput.is_black() {
-            return false;
-        }
+        let Some(s) = s.filter(|_| !walk.throughput.is_black()) else { return false };
         walk.eta_scale *= s.eta * s.eta;
         walk.depth += 1;
         walk.steps += 1;
