@@ -6,6 +6,7 @@
 mod cameras;
 mod compile;
 mod crossing;
+mod emergence;
 mod ids;
 mod interaction;
 mod light_select;

@@ -2,7 +2,6 @@
 
 use accel::{Accel, Hit, NO_INSTANCE, accept_all};
 use math::{Bounds, Bounds2i, Dir, Point, Ray, error_bound, hash};
-use scatter::DiffusionProfile;
 use spectrum::{Sensor, Spectrum, Wavelengths};
 
 use crate::cameras::Camera;
@@ -289,27 +288,6 @@ impl Scene {
             }
         }
         self.materials.shade(&self.textures, si, &footprint, wl)
-    }
-
-    /// By which light that enters at a surface leaves elsewhere, if it does.
-    #[must_use]
-    pub fn diffusion(&self, si: &SurfaceInteraction, wl: &mut Wavelengths) -> Option<DiffusionProfile> {
-        self.materials.diffusion(&self.textures, si, &self.footprint(si), wl)
-    }
-
-    /// The BSDF of a surface where light emerges that has entered it elsewhere, seen from inside, and the factor on that
-    /// light. `around` is what is outside.
-    #[must_use]
-    pub fn emergence(
-        &self,
-        si: &SurfaceInteraction,
-        around: &Surroundings,
-        wl: &mut Wavelengths,
-    ) -> Option<(Shading, f32)> {
-        let Shading { bsdf, frame } = self.shade(si, around, wl)?;
-        let border = bsdf.as_soft_border()?;
-        let (border, factor) = border.emerging();
-        Some((Shading { bsdf: border.into(), frame }, factor))
     }
 
     /// How large a pixel is on the surface, as if the camera saw it directly [PBR4e, sec. 10.1.3].

@@ -92,6 +92,12 @@ impl Lights {
         }
     }
 
+    /// A sphere around all lights at finite places that emit, if there are any.
+    #[must_use]
+    pub fn finite_sphere(&self) -> Option<(Point, f32)> {
+        self.finite
+    }
+
     /// Where a light at a finite place is: a point in its middle.
     #[must_use]
     pub fn middle(&self, light: LightId) -> Option<Point> {

@@ -347,12 +347,6 @@ impl Lights {
         self.finite = bounds.map(|b| b.bounding_sphere());
     }
 
-    /// A sphere around all lights at finite places that emit, if there are any.
-    #[must_use]
-    pub fn finite_sphere(&self) -> Option<(Point, f32)> {
-        self.finite
-    }
-
     /// A sample of a light at the point `p` with intensity by direction (away from the light).
     fn sample_point(
         &self,
