@@ -297,6 +297,20 @@ fn separable_materials_have_their_reflectance() {
     family.finish();
 }
 
+/// Those who know no diffusion profiles say so, and who does.
+#[test]
+fn separable_materials_are_refused_by_name() {
+    let world = format!("{SKY}Material \"subsurface\" \"string method\" \"separable\"\nShape \"sphere\"\n");
+    let scene = eye(1.0, 8).scene(&world);
+    for info in integrators::list() {
+        let said = (info.refuses)(&scene);
+        match info.name {
+            "path" | "guided" => assert_eq!(said, None, "{}", info.name),
+            name => assert!(said.is_some_and(|s| s.contains("path and guided do")), "{name}: {said:?}"),
+        }
+    }
+}
+
 /// A half-space of given reflectance shows F + (1 − F) R of an even sky.
 #[test]
 fn subsurface_materials_have_their_reflectance() {

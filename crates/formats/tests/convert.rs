@@ -7,8 +7,8 @@ use std::path::Path;
 
 use common::Folder;
 use scene_desc::{
-    FloatInput, Geometry, ImageId, LightKind, MaterialKind, PhaseDesc, SceneDesc, ShapeDesc, Sink, TextureId,
-    TextureInput, TextureNode, WrapMode,
+    FloatInput, Geometry, ImageId, LightKind, MaterialKind, PhaseDesc, SceneDesc, ShapeDesc, Sink,
+    SubsurfaceMethod, TextureId, TextureInput, TextureNode, WrapMode,
 };
 
 fn load(path: &Path) -> SceneDesc {
@@ -258,6 +258,35 @@ fn textures_seen_along_three_axes_come_back() {
         assert_eq!(*sharpness, 3.0);
         assert_eq!(texture_from_world.point(math::Point::new(1.0, 2.0, 3.0)), math::Point::default());
     }
+}
+
+#[test]
+fn what_bodies_and_profiles_are_comes_back() {
+    let text = format!(
+        "{HEAD}Material \"dielectric\" \"integer priority\" -3\nShape \"sphere\"\n\
+         Material \"subsurface\" \"string method\" \"separable\" \"integer priority\" 2\nShape \"sphere\"\n\
+         Material \"subsurface\" \"string method\" \"walk\"\nShape \"sphere\"\n"
+    );
+    let folder = Folder::new().with("a.pbrt", &text);
+    let scene = load(&folder.path("a.pbrt"));
+    let (back, messages) = round(&scene, &folder);
+    assert_eq!(messages, "");
+    for scene in [&scene, &back] {
+        let of = |s: &ShapeDesc| {
+            let m = &scene.materials[s.material.index()];
+            let method =
+                if let MaterialKind::Subsurface { method, .. } = &m.kind { Some(*method) } else { None };
+            (m.priority, method)
+        };
+        let found: Vec<_> = scene.shapes.iter().map(of).collect();
+        let (separable, walk) = (Some(SubsurfaceMethod::Separable), Some(SubsurfaceMethod::Walk));
+        assert_eq!(found, [(Some(-3), None), (Some(2), separable), (None, walk)]);
+    }
+
+    let mut sink = Sink::default();
+    let wrong = folder.with("b.pbrt", format!("{HEAD}Material \"subsurface\" \"string method\" \"run\"\n"));
+    assert!(steradian_formats::load(&wrong.path("b.pbrt"), &mut sink).is_none());
+    assert!(sink.render().contains("\"walk\" or \"separable\""), "{}", sink.render());
 }
 
 #[test]
