@@ -397,7 +397,10 @@ class Lowering:
 
     def _arrays(self, kind: str, own: Mapping[str, Any], where: str) -> _native.Geometry:
         allowed = {
-            "mesh": {"positions", "indices", "normals", "tangents", "uvs", "attributes"},
+            "mesh": {
+                *("positions", "indices", "normals", "tangents", "uvs", "attributes"),
+                *("end_positions", "end_normals", "key_times"),
+            },
             "bilinear_mesh": {"positions", "indices", "normals", "uvs"},
             "loop_subdiv": {"positions", "indices", "levels"},
             "curve": {"segments", "width", "kind", "normals"},
@@ -437,6 +440,9 @@ class Lowering:
                     "normals": rows("normals", np.float32, 3),
                     "tangents": rows("tangents", np.float32, 3),
                     "uvs": rows("uvs", np.float32, 2),
+                    "end_positions": rows("end_positions", np.float32, 3),
+                    "end_normals": rows("end_normals", np.float32, 3),
+                    "key_times": _pair(own.get("key_times", (0.0, 1.0)), f"{where}.key_times"),
                     "indices": indices,
                     "width": np.ascontiguousarray(width),
                     "levels": _integer(own.get("levels", 3), f"{where}.levels"),
@@ -452,6 +458,13 @@ class Lowering:
             return _native.Geometry.from_json(text)
         except SceneError as e:
             raise SceneError(f"{where}: {e}") from None
+
+
+def _pair(given: Any, where: str) -> list[float]:
+    values = np.asarray(given)
+    if values.shape != (2,):
+        raise SceneError(f"{where} cannot be {given!r}: expected two numbers")
+    return [_number(x, where) for x in values.tolist()]
 
 
 def _attribute(given: Any, where: str) -> dict[str, Any]:

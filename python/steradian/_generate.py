@@ -95,6 +95,8 @@ ARRAYS: dict[str, list[tuple[str, str, str | None, str]]] = {
         ("normals", "ArrayLike | None", "None", "Shading normals at the vertices."),
         ("tangents", "ArrayLike | None", "None", "Shading tangents at the vertices."),
         ("uvs", "ArrayLike | None", "None", "Texture coordinates at the vertices, of shape (n, 2)."),
+        ("end_positions", "ArrayLike | None", "None", "Vertices when their motion ends; None where they rest."),
+        ("end_normals", "ArrayLike | None", "None", "Shading normals then; None where they do not turn."),
     ],
     "bilinear_mesh": [
         ("positions", "ArrayLike", None, "Vertices, of shape (n, 3)."),
@@ -114,6 +116,12 @@ ARRAYS: dict[str, list[tuple[str, str, str | None, str]]] = {
         ("normals", "ArrayLike | None", "None", "Normals at segment ends, for ribbons: one more than segments."),
     ],
 }
+
+GIVEN_AS_ARRAYS = {
+    *("positions", "indices", "normals", "tangents", "uvs", "end_positions", "end_normals"),
+    *("levels", "segments", "kind", "width"),
+}
+"""Fields that `ARRAYS` tells of."""
 
 
 def camel(name: str) -> str:
@@ -191,7 +199,7 @@ def write_class(name: str, type_name: str, kind: Kind, extra: list[tuple[str, st
     """A dataclass."""
     fields = list(extra)
     for field, schema in kind.fields.items():
-        if extra and field in {"positions", "indices", "normals", "tangents", "uvs", "levels", "segments", "kind", "width"}:
+        if extra and field in GIVEN_AS_ARRAYS:
             continue
         default = default_of(kind, field, schema)
         if field == "material":

@@ -1294,8 +1294,14 @@ class Mesh(Described):
     """Shading tangents at the vertices."""
     uvs: ArrayLike | None = None
     """Texture coordinates at the vertices, of shape (n, 2)."""
+    end_positions: ArrayLike | None = None
+    """Vertices when their motion ends; None where they rest."""
+    end_normals: ArrayLike | None = None
+    """Shading normals then; None where they do not turn."""
     attributes: Sequence[Any] = ()
     """More values over the surface, for textures to look up by name."""
+    key_times: Sequence[Any] = (0.0, 1.0)
+    """The moments at which the motion of vertices begins and ends."""
     world_from_object: Matrix = _IDENTITY
     """Its place in the world (in an object: in the object's space)."""
     reverse_orientation: bool = False

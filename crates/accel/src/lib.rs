@@ -53,4 +53,4 @@ pub use geometry::{Geometry, Shape};
 pub use hit::{Hit, NO_INSTANCE, accept_all};
 pub use instance::Instance;
 pub use isa::Isa;
-pub use primitive::{Curve, CurveKind, Cylinder, Disk, Sphere};
+pub use primitive::{Curve, CurveKind, Cylinder, Disk, Sphere, share_of_motion, vertex_between};

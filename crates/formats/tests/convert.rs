@@ -120,6 +120,7 @@ fn our_own_scenes_come_back_bit_by_bit() {
         let extensions = [
             ("gaussian-lens.pbrt", "thin lens of such a shape"),
             ("moving-lamps.pbrt", "light that moves"),
+            ("moving-vertices.pbrt", "vertices that move"),
             ("glowing-strands.pbrt", "curve that emits"),
             ("instanced-lamps.pbrt", "light in an object"),
             ("instanced-lamps.pbrt", "light that moves"),

@@ -315,6 +315,8 @@ fn shapes_that_make_no_sense() {
          Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"integer indices\" [ 0 1 -1 ]\n\
          Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"integer indices\" [ 0 1 ]\n\
          Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"normal N\" [ 0 0 1 ]\n\
+         Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"point3 P1\" [ 0 0 0 1 0 0 ]\n\
+         Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"normal N1\" [ 0 0 1 0 0 1 0 0 1 ]\n\
          Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 ]\n\
          Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 ]\n\
          Shape \"trianglemesh\" \"float P\" [ 0 0 0 1 0 0 0 1 0 ]\n\

@@ -78,6 +78,22 @@ fn what_moves_has_two_transforms_and_times() {
 }
 
 #[test]
+fn vertices_move_at_the_times_of_transforms() {
+    let text = "TransformTimes 0.5 2\nWorldBegin\n\
+         Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"point3 P1\" [ 0 0 3 1 0 0 0 1 0 ]\n\
+         \"normal N\" [ 0 0 1 0 0 1 0 0 1 ] \"normal N1\" [ 0 1 0 0 1 0 0 0 1 ]\n\
+         Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]";
+    let scene = load(text).0.unwrap();
+    let mesh = |i: usize| match &scene.shapes[i].geometry {
+        Geometry::Mesh(mesh) => mesh,
+        other => panic!("{other:?}"),
+    };
+    assert!(mesh(0).is_moving() && !mesh(1).is_moving());
+    assert_eq!((mesh(0).end_positions[0], mesh(0).end_normals[0]), (Vec3::Z * 3.0, Vec3::Y));
+    assert_eq!(mesh(0).key_times, [0.5, 2.0]);
+}
+
+#[test]
 fn attributes_are_saved_and_restored() {
     let scene = world(
         "MakeNamedMaterial \"m\" \"string type\" \"dielectric\"\n\

@@ -25,6 +25,9 @@ struct Arrays<'py> {
     normals: Option<PyReadonlyArray2<'py, f32>>,
     tangents: Option<PyReadonlyArray2<'py, f32>>,
     uvs: Option<PyReadonlyArray2<'py, f32>>,
+    end_positions: Option<PyReadonlyArray2<'py, f32>>,
+    end_normals: Option<PyReadonlyArray2<'py, f32>>,
+    key_times: [f32; 2],
     indices: Option<PyReadonlyArray2<'py, u32>>,
     width: Option<PyReadonlyArray1<'py, f32>>,
     levels: u32,
@@ -69,6 +72,9 @@ impl Geometry {
                     indices,
                     attributes: serde_json::from_str(&arrays.attributes)
                         .map_err(|e| error(py, "SceneError", &format!("attributes of a mesh: {e}")))?,
+                    end_positions: rows3("end_positions", &arrays.end_positions)?,
+                    end_normals: rows3("end_normals", &arrays.end_normals)?,
+                    key_times: arrays.key_times,
                 }))
             }
             "bilinear_mesh" => {
@@ -130,6 +136,9 @@ impl Geometry {
                 d.set_item("uvs", v2(&m.uvs)?)?;
                 d.set_item("indices", arrays::rows(py, m.indices.clone())?)?;
                 d.set_item("attributes", serde_json::to_string(&m.attributes).unwrap_or_default())?;
+                d.set_item("end_positions", v3(&m.end_positions)?)?;
+                d.set_item("end_normals", v3(&m.end_normals)?)?;
+                d.set_item("key_times", m.key_times)?;
             }
             scene_desc::Geometry::BilinearMesh(m) => {
                 d.set_item("positions", v3(&m.positions)?)?;

@@ -91,7 +91,10 @@ pub enum Geometry {
 }
 
 /// Triangles with shared vertices. Per-vertex arrays are empty or as long as `positions`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+///
+/// Where there are `end_positions`, vertices move on straight lines from `positions` at the first of `key_times` to them at the
+/// second, and rest before and after. The shape's transform comes on top, and may move too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeshDesc {
     /// Vertices.
     #[schemars(with = "Vec<[f32; 3]>")]
@@ -110,6 +113,48 @@ pub struct MeshDesc {
     /// More values over the surface, for textures to look up by name.
     #[serde(default)]
     pub attributes: Vec<MeshAttribute>,
+    /// Vertices when their motion ends; empty where they rest.
+    #[serde(default)]
+    #[schemars(with = "Vec<[f32; 3]>")]
+    pub end_positions: Vec<Vec3>,
+    /// Shading normals then, between which and `normals` it is interpolated; empty where they do not turn.
+    #[serde(default)]
+    #[schemars(with = "Vec<[f32; 3]>")]
+    pub end_normals: Vec<Vec3>,
+    /// The moments at which the motion of vertices begins and ends.
+    #[serde(default = "whole_shutter")]
+    pub key_times: [f32; 2],
+}
+
+/// pbrt-v4's shutter and keys, where none are given.
+fn whole_shutter() -> [f32; 2] {
+    [0.0, 1.0]
+}
+
+impl MeshDesc {
+    /// Do its vertices move?
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        let turns = !self.end_normals.is_empty() && self.end_normals != self.normals;
+        let shifts = !self.end_positions.is_empty() && (turns || self.end_positions != self.positions);
+        shifts && self.key_times[0] < self.key_times[1]
+    }
+}
+
+impl Default for MeshDesc {
+    fn default() -> Self {
+        Self {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            tangents: Vec::new(),
+            uvs: Vec::new(),
+            indices: Vec::new(),
+            attributes: Vec::new(),
+            end_positions: Vec::new(),
+            end_normals: Vec::new(),
+            key_times: whole_shutter(),
+        }
+    }
 }
 
 /// Values that a mesh carries: colours, weights, further texture coordinates.

@@ -49,7 +49,14 @@ fn check_mesh(m: &MeshDesc) -> Result<(), String> {
     finite("normals", m.normals.iter().map(|p| p.is_finite()))?;
     finite("tangents", m.tangents.iter().map(|p| p.is_finite()))?;
     finite("uvs", m.uvs.iter().map(|p| p.is_finite()))?;
+    finite("end_positions", m.end_positions.iter().map(|p| p.is_finite()))?;
+    finite("end_normals", m.end_normals.iter().map(|p| p.is_finite()))?;
+    finite("key_times", m.key_times.iter().map(|t| t.is_finite()))?;
     per_vertex(n, &[("normals", m.normals.len()), ("tangents", m.tangents.len()), ("uvs", m.uvs.len())])?;
+    per_vertex(n, &[("end_positions", m.end_positions.len()), ("end_normals", m.end_normals.len())])?;
+    if !m.end_normals.is_empty() && (m.normals.is_empty() || m.end_positions.is_empty()) {
+        return Err("end_normals without normals and end_positions".to_owned());
+    }
     for a in &m.attributes {
         finite(&a.name, a.values.iter().map(|x| x.is_finite()))?;
         let places = if a.per_face { m.indices.len() } else { n };
@@ -131,5 +138,16 @@ mod tests {
         assert_eq!(mesh(vec![Vec3::ZERO; 2], vec![]).unwrap_err(), "index 2 of 2 positions");
         assert_eq!(mesh(vec![Vec3::ZERO; 3], vec![Vec3::Z]).unwrap_err(), "1 normals for 3 positions");
         assert_eq!(mesh(vec![Vec3::NAN; 3], vec![]).unwrap_err(), "positions[0] is not finite");
+
+        let moving = |end_positions: Vec<Vec3>, end_normals: Vec<Vec3>| {
+            let (positions, indices) = (vec![Vec3::ZERO; 3], vec![[0, 1, 2]]);
+            let mesh = MeshDesc { positions, indices, end_positions, end_normals, ..MeshDesc::default() };
+            Geometry::Mesh(Arc::new(mesh)).check()
+        };
+        assert_eq!(moving(vec![Vec3::X; 3], vec![]), Ok(()));
+        assert_eq!(moving(vec![Vec3::X; 2], vec![]).unwrap_err(), "2 end_positions for 3 positions");
+        assert_eq!(moving(vec![Vec3::INFINITY; 3], vec![]).unwrap_err(), "end_positions[0] is not finite");
+        let lonely = moving(vec![Vec3::X; 3], vec![Vec3::Z; 3]).unwrap_err();
+        assert_eq!(lonely, "end_normals without normals and end_positions");
     }
 }

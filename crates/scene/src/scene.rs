@@ -142,6 +142,7 @@ impl Scene {
     #[must_use]
     pub fn has_moving_shapes(&self) -> bool {
         self.instances.iter().any(|i| i.world_from_object.is_animated())
+            || self.shapes.iter().any(|s| matches!(s.geometry, ShapeGeometry::MovingMesh(_)))
     }
 
     /// Are there strands that turn to every ray, so that light meets another surface than the eye?
@@ -149,7 +150,10 @@ impl Scene {
     pub fn has_turning_strands(&self) -> bool {
         self.shapes.iter().any(|s| match &s.geometry {
             ShapeGeometry::Strand(strand) => strand.kind != scene_desc::CurveKind::Ribbon,
-            ShapeGeometry::Mesh(_) | ShapeGeometry::Patches(_) | ShapeGeometry::Quadric(_) => false,
+            ShapeGeometry::Mesh(_)
+            | ShapeGeometry::MovingMesh(_)
+            | ShapeGeometry::Patches(_)
+            | ShapeGeometry::Quadric(_) => false,
         })
     }
 
@@ -245,10 +249,10 @@ impl Scene {
         }
         let p = ray.at(hit.t);
         if hit.instance == NO_INSTANCE {
-            return shape.geometry.curvature(hit, p);
+            return shape.geometry.curvature(hit, p, ray.time);
         }
         let world_from_object = self.instances[hit.instance as usize].world_from_object.at(ray.time);
-        let local = shape.geometry.curvature(hit, world_from_object.inverse().point(p))?;
+        let local = shape.geometry.curvature(hit, world_from_object.inverse().point(p), ray.time)?;
         Some(local.transformed(&world_from_object))
     }
 

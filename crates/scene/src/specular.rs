@@ -65,7 +65,7 @@ impl SpecularSurfaces {
     pub fn sample(&self, scene: &Scene, u: [f32; 4], time: f32) -> Point {
         let surface = &self.surfaces[self.choice.sample(u[0]).index];
         let primitive = surface.primitives.sample(u[1]).index as u32;
-        let p = point_on(&scene.shapes[surface.shape as usize], primitive, [u[2], u[3]]);
+        let p = point_on(&scene.shapes[surface.shape as usize], primitive, [u[2], u[3]], time);
         match surface.instance {
             None => p,
             Some(i) => scene.instances[i as usize].world_from_object.at(time).point(p),
@@ -76,7 +76,14 @@ impl SpecularSurfaces {
 /// Areas of a shape's primitives, in the space of its storage.
 fn primitive_areas(shape: &Shape) -> Vec<f32> {
     match &shape.geometry {
-        ShapeGeometry::Mesh(m) => (0..m.indices.len()).map(|i| triangle(m, i).1).collect(),
+        ShapeGeometry::Mesh(m) => (0..m.indices.len()).map(|i| area(triangle(m, i))).collect(),
+        // The mean over the motion, by Simpson's rule.
+        ShapeGeometry::MovingMesh(m) => {
+            let [a, b] = m.times;
+            let at = |i: usize, time| area(m.triangle(i as u32, time).0);
+            let mean = |i| (at(i, a) + 4.0 * at(i, 0.5 * (a + b)) + at(i, b)) / 6.0;
+            (0..m.start.indices.len()).map(mean).collect()
+        }
         ShapeGeometry::Patches(m) => (0..m.indices.len())
             .map(|i| {
                 let [p00, p10, p01, p11] = m.corners(i as u32);
@@ -96,19 +103,23 @@ fn primitive_areas(shape: &Shape) -> Vec<f32> {
     }
 }
 
-fn triangle(mesh: &Mesh, i: usize) -> ([Vec3; 3], f32) {
-    let [p0, p1, p2] = mesh.indices[i].map(|i| mesh.positions[i as usize]);
-    ([p0, p1 - p0, p2 - p0], 0.5 * (p1 - p0).cross(p2 - p0).length())
+fn triangle(mesh: &Mesh, i: usize) -> [Vec3; 3] {
+    mesh.indices[i].map(|i| mesh.positions[i as usize])
 }
 
-/// In the space of the shape's storage.
-fn point_on(shape: &Shape, primitive: u32, u: [f32; 2]) -> Point {
+fn area([p0, p1, p2]: [Vec3; 3]) -> f32 {
+    0.5 * (p1 - p0).cross(p2 - p0).length()
+}
+
+/// At a moment, in the space of the shape's storage.
+fn point_on(shape: &Shape, primitive: u32, u: [f32; 2], time: f32) -> Point {
+    let on_triangle = |[p0, p1, p2]: [Vec3; 3]| {
+        let [x, y] = if u[0] + u[1] > 1.0 { u.map(|u| 1.0 - u) } else { u };
+        Point(p0 + (p1 - p0) * x + (p2 - p0) * y)
+    };
     match &shape.geometry {
-        ShapeGeometry::Mesh(m) => {
-            let ([p, a, b], _) = triangle(m, primitive as usize);
-            let [x, y] = if u[0] + u[1] > 1.0 { u.map(|u| 1.0 - u) } else { u };
-            Point(p + a * x + b * y)
-        }
+        ShapeGeometry::Mesh(m) => on_triangle(triangle(m, primitive as usize)),
+        ShapeGeometry::MovingMesh(m) => on_triangle(m.triangle(primitive, time).0),
         ShapeGeometry::Patches(m) => patch_point(m, primitive, u),
         ShapeGeometry::Quadric(q) => {
             let local = match q.kind {

@@ -15,6 +15,7 @@ use crate::ray_space::RaySpace;
 pub use curve::{Curve, CurveKind};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use moving::{share_of_motion, vertex_between};
 pub use sphere::Sphere;
 
 pub(crate) use bilinear::{bounds as patch_bounds, is_degenerate as patch_is_degenerate};

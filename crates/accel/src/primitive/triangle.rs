@@ -118,10 +118,15 @@ pub(crate) fn clamp(t: f64, entry: f32, exit: f32) -> f32 {
     if t > entry { t } else { entry }
 }
 
+/// Is a corner not of numbers, or so far away that products overflow?
+pub(crate) fn is_far(corner: &[f32; 3]) -> bool {
+    const FAR: f32 = 1e18;
+    !corner.iter().all(|x| x.abs() < FAR)
+}
+
 /// Has the triangle no area, or corners that are not numbers or so far away that products overflow?
 pub(crate) fn is_degenerate(p: &[[f32; 3]; 3]) -> bool {
-    const FAR: f32 = 1e18;
-    if !p.iter().flatten().all(|x| x.abs() < FAR) {
+    if p.iter().any(is_far) {
         return true;
     }
     let e = |i: usize, axis: usize| f64::from(p[i][axis]) - f64::from(p[0][axis]);

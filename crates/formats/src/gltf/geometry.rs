@@ -90,7 +90,7 @@ impl Container {
             as_many(&attribute.name, attribute.values.len() / attribute.channels as usize)?;
         }
         let indices = triangles(mode, &indices);
-        Ok(Some(MeshDesc { positions, normals, tangents, uvs, indices, attributes }))
+        Ok(Some(MeshDesc { positions, normals, tangents, uvs, indices, attributes, ..MeshDesc::default() }))
     }
 
     /// Colours of vertices and their alpha, under the names that materials ask for.

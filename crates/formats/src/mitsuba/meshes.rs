@@ -109,5 +109,6 @@ fn shaped(file: &ShapeFile, face_normals: bool, flip_v: bool) -> MeshDesc {
         uvs: file.uvs.iter().map(upwards).collect(),
         indices: file.triangles.clone(),
         attributes: file.attributes.clone(),
+        ..MeshDesc::default()
     }
 }

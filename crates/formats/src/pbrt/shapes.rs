@@ -146,17 +146,23 @@ impl Build<'_, '_> {
         let uvs = p.vec2s("uv");
         let normals = p.vec3s("N", Type::Normal);
         let tangents = p.vec3s("S", Type::Vector3);
-        for (name, len) in [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())] {
+        // Ours: vertices that move, from the time at which transforms have their start to that of their end.
+        let end_positions = p.vec3s("P1", Type::Point3);
+        let end_normals = p.vec3s("N1", Type::Normal);
+        let ends = [("P1", end_positions.len()), ("N1", end_normals.len())];
+        for (name, len) in [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())].into_iter().chain(ends)
+        {
             self.per_vertex(entity, name, len, n)?;
         }
-        Some(Geometry::Mesh(Arc::new(MeshDesc {
-            positions,
-            normals,
-            tangents,
-            uvs,
-            indices,
-            ..MeshDesc::default()
-        })))
+        if let Some(at) = p.span_of("N1").filter(|_| normals.is_empty() || end_positions.is_empty()) {
+            return self.refuse(at, "\"N1\" without \"N\" and \"P1\"", "it says how the normals \"N\" turn");
+        }
+        let mut mesh = MeshDesc { positions, normals, tangents, uvs, indices, ..MeshDesc::default() };
+        if !end_positions.is_empty() {
+            (mesh.end_positions, mesh.end_normals) = (end_positions, end_normals);
+            mesh.key_times = entity.ctm.times;
+        }
+        Some(Geometry::Mesh(Arc::new(mesh)))
     }
 
     fn bilinear_mesh(&mut self, entity: &mut Entity) -> Option<Geometry> {

@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use math::{AnimatedTransform, Transform};
-use scene_desc::{ImageId, SceneDesc, Sink, Span};
+use scene_desc::{Geometry, ImageId, SceneDesc, Sink, Span};
 
 use crate::report::Report;
 
@@ -128,8 +128,30 @@ impl Writer<'_, '_, '_> {
         let s = self.scene;
         let shapes = s.shapes.iter().chain(s.objects.iter().flat_map(|o| &o.shapes));
         let moving =
-            shapes.map(|s| &s.world_from_object).chain(s.instances.iter().map(|i| &i.world_from_object));
-        moving.chain([&s.camera.world_from_camera]).find(|t| t.is_animated()).map(AnimatedTransform::times)
+            shapes.clone().map(|s| &s.world_from_object).chain(s.instances.iter().map(|i| &i.world_from_object));
+        let of_transform = |t: &&AnimatedTransform| t.is_animated();
+        let meshes = shapes.filter_map(|shape| match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.is_moving().then_some(mesh.key_times),
+            Geometry::BilinearMesh(_)
+            | Geometry::LoopSubdiv(_)
+            | Geometry::Curve(_)
+            | Geometry::Sphere { .. }
+            | Geometry::Disk { .. }
+            | Geometry::Cylinder { .. } => None,
+        });
+        let moving = moving.chain([&s.camera.world_from_camera]).find(of_transform);
+        moving.map(AnimatedTransform::times).or_else(|| meshes.into_iter().next())
+    }
+
+    /// All that moves does so at the same times.
+    fn check_times(&mut self, own: [f32; 2], span: Span) {
+        if self.times.is_some_and(|times| times != own) {
+            self.otherwise(
+                span,
+                "motion at times of its own",
+                "it moves at the times of the first thing that moves",
+            );
+        }
     }
 
     /// Sets the transformation matrix.
@@ -140,13 +162,7 @@ impl Writer<'_, '_, '_> {
             }
             return;
         }
-        if self.times.is_some_and(|times| times != t.times()) {
-            self.otherwise(
-                span,
-                "motion at times of its own",
-                "it moves at the times of the first thing that moves",
-            );
-        }
+        self.check_times(t.times(), span);
         self.line(depth, "ActiveTransform StartTime");
         self.line(depth, &matrix(&t.start()));
         self.line(depth, "ActiveTransform EndTime");

@@ -80,6 +80,16 @@ impl Writer<'_, '_, '_> {
         if let Some(alpha) = self.alpha(shape) {
             Self::float_input(&mut p, "alpha", &alpha);
         }
+        if let Geometry::Mesh(mesh) = &shape.geometry
+            && mesh.is_moving()
+        {
+            let instead = match shape.displacement {
+                None => "they are written as \"P1\" and \"N1\", which pbrt-v4 does not know",
+                Some(_) => "a displaced mesh is written as it begins",
+            };
+            self.otherwise(shape.span, "vertices that move", instead);
+            self.check_times(mesh.key_times, shape.span);
+        }
         let kind = match (&shape.geometry, &shape.displacement) {
             (Geometry::Mesh(mesh), Some(displacement)) => {
                 Self::float_input(&mut p, "displacement", &displacement.height);
@@ -173,10 +183,10 @@ impl Writer<'_, '_, '_> {
         })
     }
 
-    /// Small meshes stand in the text, as do those with tangents, which PLY files have no place for.
+    /// Small meshes stand in the text, as do those with tangents or moving vertices, which PLY files have no place for.
     fn mesh(&mut self, p: &mut Params, mesh: &Arc<MeshDesc>) -> Result<&'static str, WriteError> {
         const SMALL: usize = 12;
-        if mesh.indices.len() <= SMALL || !mesh.tangents.is_empty() {
+        if mesh.indices.len() <= SMALL || !mesh.tangents.is_empty() || mesh.is_moving() {
             p.vec3s("point3", "P", &mesh.positions);
             p.indices(mesh.indices.iter().flatten().copied());
             if !mesh.normals.is_empty() {
@@ -187,6 +197,12 @@ impl Writer<'_, '_, '_> {
             }
             if !mesh.uvs.is_empty() {
                 p.vec2s("point2", "uv", &mesh.uvs);
+            }
+            if mesh.is_moving() {
+                p.vec3s("point3", "P1", &mesh.end_positions);
+                if !mesh.end_normals.is_empty() {
+                    p.vec3s("normal", "N1", &mesh.end_normals);
+                }
             }
             return Ok("trianglemesh");
         }

@@ -12,7 +12,7 @@
 //! An edge is halved or not by its ends alone, and its middle does not depend on their order: faces on both sides agree,
 //! also where they do not share vertices but places, so that what was closed stays closed.
 //! As in pbrt-v4, textures see points in the space of the shape, and heights are lengths there.
-//! Left out: values that meshes carry by name, tangents (both are dropped, with a warning), footprints (images are seen
+//! Left out: the motion of vertices, values that meshes carry by name, tangents (all are dropped, with a warning), footprints (images are seen
 //! without filtering).
 
 use std::collections::HashMap;
@@ -75,6 +75,10 @@ fn displace(
             .hint("it is rendered as it is");
         return;
     };
+    if mesh.is_moving() {
+        sink.warning(shape.span, "the vertices of a displaced mesh cannot move")
+            .hint("they rest where they begin: move the shape by its transform");
+    }
     if !mesh.attributes.is_empty() || !mesh.tangents.is_empty() {
         sink.warning(shape.span, "tangents and named values of a displaced mesh are dropped")
             .hint("textures that ask for them find zero");

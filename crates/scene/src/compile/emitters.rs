@@ -3,6 +3,8 @@
 //! Most lamps are rectangles of two triangles. Where all of a mesh pairs up into rectangles, each pair is one light:
 //! no number is spent on choosing between its halves, and a point is stratified over all of it.
 //!
+//! A mesh whose vertices move does not emit: it is said so, with what to write instead.
+//!
 //! The lights of an instance follow each other, in the order of the object's shapes: a shape of an object knows its
 //! lights' place among them, an instance where its lights begin.
 
@@ -12,16 +14,22 @@ use scene_desc::{AreaLightDesc, Geometry, ShapeDesc, Sink};
 use super::geometry::{Place, World};
 use crate::LightId;
 use crate::lights::{AreaEmission, EmitterGeometry, EmitterSource, LightsBuilder};
-use crate::shapes::{Mesh, ShapeGeometry};
+use crate::shapes::{Mesh, Shape, ShapeGeometry};
 use crate::textures::FloatHandle;
 
 /// Adds the lights of all shapes that emit, and tells the shapes of them. Gives the first light of each instance.
 pub(super) fn declare(world: &mut World<'_>, lights: &mut LightsBuilder<'_>, sink: &mut Sink) -> Vec<u32> {
-    let emissions: Vec<Option<AreaEmission>> = world
-        .descs
-        .iter()
-        .map(|(desc, _)| desc.area_light.as_ref().and_then(|light| lights.add_emission(light, sink)))
-        .collect();
+    let mut emission = |((desc, _), shape): (&(&ShapeDesc, Place), &Shape)| {
+        let light = desc.area_light.as_ref()?;
+        if matches!(shape.geometry, ShapeGeometry::MovingMesh(_)) {
+            sink.warning(desc.span, "a mesh whose vertices move cannot emit")
+                .hint("it is left dark: move it by its transform, or leave out \"end_positions\"");
+            return None;
+        }
+        lights.add_emission(light, sink)
+    };
+    let emissions: Vec<Option<AreaEmission>> =
+        world.descs.iter().zip(&world.shapes).map(&mut emission).collect();
     let world_len = world.object_base.first().map_or(world.shapes.len(), |b| *b as usize);
     let mut lamps = Lamps { world, emissions: &emissions, lights, sink };
     for i in 0..world_len {
@@ -104,7 +112,7 @@ fn source<'a>(
             },
             m.flip,
         ),
-        ShapeGeometry::Strand(_) => return None,
+        ShapeGeometry::Strand(_) | ShapeGeometry::MovingMesh(_) => return None,
         ShapeGeometry::Quadric(_) => {
             let geometry = match desc.geometry {
                 Geometry::Sphere { radius, z_min, z_max, phi_max } => {

@@ -11,7 +11,7 @@ use crate::MaterialId;
 use crate::materials::{Gaps, Materials};
 use crate::media::MediumIds;
 use crate::scene::SceneCounts;
-use crate::shapes::{Mesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide, tube};
+use crate::shapes::{Mesh, MovingMesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide, tube};
 use crate::surroundings::{Bodies, Body};
 use crate::textures::{FloatHandle, TextureCompiler};
 
@@ -186,6 +186,9 @@ fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
     let reverse = desc.reverse_orientation;
     let quadric = |kind| ShapeGeometry::Quadric(Quadric { kind, world_from_object: t, flip: reverse });
     match &desc.geometry {
+        Geometry::Mesh(m) if m.is_moving() => {
+            ShapeGeometry::MovingMesh(Box::new(MovingMesh::new(m, &t, reverse)))
+        }
         Geometry::Mesh(m) => ShapeGeometry::Mesh(Mesh::new(m, &t, reverse)),
         Geometry::LoopSubdiv(l) => ShapeGeometry::Mesh(Mesh::new(&subdivide(l), &t, reverse)),
         Geometry::BilinearMesh(m) => ShapeGeometry::Patches(PatchMesh::new(m, &t, reverse)),
@@ -272,6 +275,7 @@ fn blas(shapes: &[Shape]) -> Result<Blas, accel::BuildError> {
 /// A shape in the ray kernel's words.
 enum Prepared<'a> {
     Mesh(&'a Mesh),
+    MovingMesh(&'a MovingMesh),
     Patches(&'a PatchMesh),
     Sphere(accel::Sphere),
     Disk(accel::Disk),
@@ -283,6 +287,7 @@ impl<'a> Prepared<'a> {
     fn new(shape: &'a Shape) -> Self {
         match &shape.geometry {
             ShapeGeometry::Mesh(m) => Self::Mesh(m),
+            ShapeGeometry::MovingMesh(m) => Self::MovingMesh(m),
             ShapeGeometry::Patches(m) => Self::Patches(m),
             ShapeGeometry::Strand(s) => Self::Curves(curves(s)),
             ShapeGeometry::Quadric(q) => {
@@ -305,6 +310,11 @@ impl<'a> Prepared<'a> {
     fn shape(&self) -> accel::Shape<'_> {
         match self {
             Self::Mesh(m) => accel::Shape::Mesh { positions: &m.positions, indices: &m.indices },
+            Self::MovingMesh(m) => accel::Shape::MovingMesh {
+                positions: [&m.start.positions, &m.end_positions],
+                times: m.times,
+                indices: &m.start.indices,
+            },
             Self::Patches(m) => accel::Shape::PatchMesh { positions: &m.positions, indices: &m.indices },
             Self::Sphere(s) => accel::Shape::Sphere(s),
             Self::Disk(d) => accel::Shape::Disk(d),
@@ -339,7 +349,7 @@ fn count(shapes: &[Shape], instances: usize, accel: &Accel) -> SceneCounts {
     for shape in shapes {
         let n = shape.geometry.primitives() as u64;
         match &shape.geometry {
-            ShapeGeometry::Mesh(_) => counts.triangles += n,
+            ShapeGeometry::Mesh(_) | ShapeGeometry::MovingMesh(_) => counts.triangles += n,
             ShapeGeometry::Patches(_) | ShapeGeometry::Quadric(_) | ShapeGeometry::Strand(_) => {
                 counts.other_primitives += n;
             }
@@ -366,7 +376,9 @@ mod tests {
                 let p = q.world_from_object.point(math::Point(Vec3::new(0.6, 0.0, 0.8)));
                 q.at(0.0, 0.5, p).ng
             }
-            ShapeGeometry::Patches(_) | ShapeGeometry::Strand(_) => unreachable!("not tested here"),
+            ShapeGeometry::MovingMesh(_) | ShapeGeometry::Patches(_) | ShapeGeometry::Strand(_) => {
+                unreachable!("not tested here")
+            }
         }
     }
 

@@ -47,10 +47,11 @@ impl Curvature {
 }
 
 impl ShapeGeometry {
-    /// At a hit, in the space in which the geometry is stored, where the hit point is `p`; `None` for strands.
-    pub(crate) fn curvature(&self, hit: &accel::Hit, p: Point) -> Option<Curvature> {
+    /// At a hit and a moment, in the space in which the geometry is stored, where the hit point is `p`; `None` for strands.
+    pub(crate) fn curvature(&self, hit: &accel::Hit, p: Point, time: f32) -> Option<Curvature> {
         match self {
             Self::Mesh(m) => Some(m.curvature(hit.primitive, [hit.u, hit.v])),
+            Self::MovingMesh(m) => Some(of_triangle(m.triangle(hit.primitive, time), [hit.u, hit.v])),
             Self::Patches(m) => Some(m.curvature(hit.primitive, [hit.u, hit.v])),
             Self::Quadric(q) => Some(q.curvature(p)),
             Self::Strand(_) => None,
@@ -59,16 +60,21 @@ impl ShapeGeometry {
 }
 
 impl Mesh {
-    fn curvature(&self, triangle: u32, [b1, b2]: [f32; 2]) -> Curvature {
+    fn curvature(&self, triangle: u32, b: [f32; 2]) -> Curvature {
         let corners = self.indices[triangle as usize].map(|i| i as usize);
-        let [p0, p1, p2] = corners.map(|i| self.positions[i]);
-        let tangents = [p1 - p0, p2 - p0];
-        if self.normals.is_empty() {
-            return Curvature::flat(tangents);
-        }
-        let [n0, n1, n2] = corners.map(|i| self.normals[i]);
-        Curvature::new(n0 * (1.0 - b1 - b2) + n1 * b1 + n2 * b2, tangents, [n1 - n0, n2 - n0])
+        let normals = (!self.normals.is_empty()).then(|| corners.map(|i| self.normals[i]));
+        of_triangle((corners.map(|i| self.positions[i]), normals), b)
     }
+}
+
+/// Of positions and perhaps normals at three corners.
+fn of_triangle(
+    ([p0, p1, p2], normals): ([Vec3; 3], Option<[Vec3; 3]>),
+    [b1, b2]: [f32; 2],
+) -> Curvature {
+    let tangents = [p1 - p0, p2 - p0];
+    let Some([n0, n1, n2]) = normals else { return Curvature::flat(tangents) };
+    Curvature::new(n0 * (1.0 - b1 - b2) + n1 * b1 + n2 * b2, tangents, [n1 - n0, n2 - n0])
 }
 
 impl PatchMesh {
@@ -137,7 +143,7 @@ mod tests {
     fn check(geometry: &ShapeGeometry, middle: [f32; 2], place: impl Fn([f32; 2]) -> Point) {
         let turn = Transform::rotate(DVec3::new(1.0, 2.0, 3.0), 0.7).unwrap();
         let map = turn * Transform::scale(DVec3::new(0.5, 2.0, -1.5)).unwrap();
-        let own = geometry.curvature(&hit(middle), place(middle)).unwrap();
+        let own = geometry.curvature(&hit(middle), place(middle), 0.0).unwrap();
         for (t, curvature) in [(Transform::IDENTITY, own), (map, own.transformed(&map))] {
             for axis in [[1.0, 0.0], [0.0, 1.0], [0.6, -0.8]] {
                 let [(p, n), (q, m)] = [STEP, -STEP].map(|h| {

@@ -68,7 +68,23 @@ impl Mesh {
         // (Not by `map`, of which calls are left.)
         let [i0, i1, i2] = self.indices[triangle as usize];
         let [i0, i1, i2] = [i0 as usize, i1 as usize, i2 as usize];
-        let (p0, p1, p2) = (self.positions[i0], self.positions[i1], self.positions[i2]);
+        let positions = [self.positions[i0], self.positions[i1], self.positions[i2]];
+        let normals = match self.normals.is_empty() {
+            true => None,
+            false => Some([self.normals[i0], self.normals[i1], self.normals[i2]]),
+        };
+        self.surface([i0, i1, i2], (positions, normals), [b1, b2], detail)
+    }
+
+    /// The same, of three vertices with positions and normals in place of the mesh's own.
+    #[inline(always)]
+    pub(super) fn surface(
+        &self,
+        [i0, i1, i2]: [usize; 3],
+        ([p0, p1, p2], normals): ([Vec3; 3], Option<[Vec3; 3]>),
+        [b1, b2]: [f32; 2],
+        detail: Detail,
+    ) -> LocalSurface {
         let b0 = 1.0 - b1 - b2;
 
         // The point, and a bound on its error [PBR4e, eq. 6.24 ff.].
@@ -79,10 +95,6 @@ impl Mesh {
         // Geometric and shading normal: the latter says which side is outside.
         let (dp02, dp12) = (p0 - p2, p1 - p2);
         let ng = Dir::normalize(dp02.cross(dp12));
-        let normals = match self.normals.is_empty() {
-            true => None,
-            false => Some([self.normals[i0], self.normals[i1], self.normals[i2]]),
-        };
         let (ng, ns) = match normals {
             Some([n0, n1, n2]) => {
                 let ns = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize().map_or(ng, Dir);

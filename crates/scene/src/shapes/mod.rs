@@ -9,6 +9,7 @@ mod curve;
 mod local;
 mod loop_subdiv;
 mod mesh;
+mod moving_mesh;
 mod quadric;
 mod tube;
 
@@ -18,6 +19,7 @@ pub(crate) use curve::Strand;
 pub(crate) use local::LocalSurface;
 pub(crate) use loop_subdiv::subdivide;
 pub(crate) use mesh::Mesh;
+pub(crate) use moving_mesh::MovingMesh;
 pub(crate) use quadric::{Quadric, QuadricKind};
 pub(crate) use tube::tube;
 
@@ -54,6 +56,7 @@ pub struct Shape {
 #[derive(Clone, Debug)]
 pub(crate) enum ShapeGeometry {
     Mesh(Mesh),
+    MovingMesh(Box<MovingMesh>),
     Patches(PatchMesh),
     Quadric(Quadric),
     Strand(Strand),
@@ -66,6 +69,7 @@ impl ShapeGeometry {
     pub(crate) fn at(&self, hit: &accel::Hit, ray_in_space: &Ray, p: Point, detail: Detail) -> LocalSurface {
         match self {
             Self::Mesh(m) => m.at(hit.primitive, [hit.u, hit.v], detail),
+            Self::MovingMesh(m) => m.at(hit.primitive, [hit.u, hit.v], ray_in_space.time, detail),
             Self::Patches(m) => m.at(hit.primitive, hit.u, hit.v),
             Self::Quadric(q) => q.at(hit.u, hit.v, p),
             Self::Strand(s) => s.at(hit.primitive, hit.u, hit.v, ray_in_space, p),
@@ -76,6 +80,7 @@ impl ShapeGeometry {
     pub(crate) fn uv(&self, hit: &accel::Hit) -> math::Vec2 {
         match self {
             Self::Mesh(m) => m.uv(hit.primitive, hit.u, hit.v),
+            Self::MovingMesh(m) => m.start.uv(hit.primitive, hit.u, hit.v),
             Self::Patches(m) => m.uv(hit.primitive, hit.u, hit.v),
             Self::Quadric(_) | Self::Strand(_) => math::Vec2::new(hit.u, hit.v),
         }
@@ -85,6 +90,7 @@ impl ShapeGeometry {
     pub(crate) fn placed(&self, t: &Transform) -> Self {
         match self {
             Self::Mesh(m) => Self::Mesh(m.placed(t)),
+            Self::MovingMesh(m) => Self::MovingMesh(Box::new(m.placed(t))),
             Self::Patches(m) => Self::Patches(m.placed(t)),
             Self::Quadric(q) => {
                 Self::Quadric(Quadric { world_from_object: *t * q.world_from_object, ..q.clone() })
@@ -97,6 +103,7 @@ impl ShapeGeometry {
     pub(crate) fn primitives(&self) -> usize {
         match self {
             Self::Mesh(m) => m.indices.len(),
+            Self::MovingMesh(m) => m.start.indices.len(),
             Self::Patches(m) => m.indices.len(),
             Self::Quadric(_) => 1,
             Self::Strand(s) => s.segments.len(),
@@ -107,6 +114,7 @@ impl ShapeGeometry {
     pub(crate) fn memory(&self) -> usize {
         match self {
             Self::Mesh(m) => m.memory(),
+            Self::MovingMesh(m) => m.memory(),
             Self::Patches(m) => m.memory(),
             Self::Quadric(_) => 0,
             Self::Strand(s) => s.memory(),
