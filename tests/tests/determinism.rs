@@ -53,7 +53,9 @@ fn the_same_bits_on_one_two_and_three_threads() {
 
 #[test]
 fn the_same_bits_for_every_instruction_set() {
-    for name in ["large-lamp.pbrt", "instances.pbrt", "lens-and-motion.pbrt", "moving-vertices.pbrt", "glass.pbrt"] {
+    for name in
+        ["large-lamp.pbrt", "instances.pbrt", "lens-and-motion.pbrt", "moving-vertices.pbrt", "glass.pbrt"]
+    {
         let scenes: Vec<(Isa, Scene)> = Isa::ALL
             .into_iter()
             .filter(|isa| isa.is_available())

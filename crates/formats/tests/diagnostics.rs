@@ -336,25 +336,29 @@ fn shapes_that_make_no_sense() {
       hint: expected a multiple of 3
     a.pbrt:5:55: error: "N" has 1 items for 3 vertices
       hint: expected 3
-    a.pbrt:6:22: error: "point3 P" has 4 values
+    a.pbrt:6:55: error: "P1" has 2 items for 3 vertices
+      hint: expected 3
+    a.pbrt:7:55: error: "N1" without "N" and "P1"
+      hint: it says how the normals "N" turn
+    a.pbrt:8:22: error: "point3 P" has 4 values
       hint: expected a multiple of 3
-    a.pbrt:7:1: error: shape "trianglemesh" has no vertices
+    a.pbrt:9:1: error: shape "trianglemesh" has no vertices
       hint: add "point3 P" [ … ]
-    a.pbrt:8:22: error: "P" is of the wrong type
+    a.pbrt:10:22: error: "P" is of the wrong type
       hint: it takes "point3"
-    a.pbrt:9:16: error: "radius" is 0
+    a.pbrt:11:16: error: "radius" is 0
       hint: it must be above 0
-    a.pbrt:10:14: error: "innerradius" is 2
+    a.pbrt:12:14: error: "innerradius" is 2
       hint: expected 0 to the radius, 1
-    a.pbrt:11:18: error: a cylinder without height
+    a.pbrt:13:18: error: a cylinder without height
       hint: "zmin" and "zmax" must differ
-    a.pbrt:12:15: error: a bezier curve of degree 3 with 2 control points
+    a.pbrt:14:15: error: a bezier curve of degree 3 with 2 control points
       hint: expected 4 + n × 3
-    a.pbrt:13:1: error: a ribbon of 1 segments with 0 normals
+    a.pbrt:15:1: error: a ribbon of 1 segments with 0 normals
       hint: expected 2
-    a.pbrt:14:20: error: "levels" is 40
+    a.pbrt:16:20: error: "levels" is 40
       hint: expected 0 to 10
-    a.pbrt:15:17: error: absent.ply: cannot be read: No such file or directory (os error 2)
+    a.pbrt:17:17: error: absent.ply: cannot be read: No such file or directory (os error 2)
       hint: paths are relative to the main scene file's folder
     "#);
 }

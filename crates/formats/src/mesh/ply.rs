@@ -177,6 +177,14 @@ fn split(raw: Raw, hash: u64, remarks: Vec<Remark>) -> Ply {
         let patches = patches.map(|p| Arc::new(BilinearMesh { positions, normals, uvs, ..p }));
         return Ply { mesh: None, patches, hash, remarks };
     }
-    let mesh = MeshDesc { positions, normals, tangents: Vec::new(), uvs, indices: triangles, attributes, ..MeshDesc::default() };
+    let mesh = MeshDesc {
+        positions,
+        normals,
+        tangents: Vec::new(),
+        uvs,
+        indices: triangles,
+        attributes,
+        ..MeshDesc::default()
+    };
     Ply { mesh: Some(Arc::new(mesh)), patches: patches.map(Arc::new), hash, remarks }
 }

@@ -150,7 +150,8 @@ impl Build<'_, '_> {
         let end_positions = p.vec3s("P1", Type::Point3);
         let end_normals = p.vec3s("N1", Type::Normal);
         let ends = [("P1", end_positions.len()), ("N1", end_normals.len())];
-        for (name, len) in [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())].into_iter().chain(ends)
+        for (name, len) in
+            [("uv", uvs.len()), ("N", normals.len()), ("S", tangents.len())].into_iter().chain(ends)
         {
             self.per_vertex(entity, name, len, n)?;
         }

@@ -127,8 +127,10 @@ impl Writer<'_, '_, '_> {
     fn first_times(&self) -> Option<[f32; 2]> {
         let s = self.scene;
         let shapes = s.shapes.iter().chain(s.objects.iter().flat_map(|o| &o.shapes));
-        let moving =
-            shapes.clone().map(|s| &s.world_from_object).chain(s.instances.iter().map(|i| &i.world_from_object));
+        let moving = shapes
+            .clone()
+            .map(|s| &s.world_from_object)
+            .chain(s.instances.iter().map(|i| &i.world_from_object));
         let of_transform = |t: &&AnimatedTransform| t.is_animated();
         let meshes = shapes.filter_map(|shape| match &shape.geometry {
             Geometry::Mesh(mesh) => mesh.is_moving().then_some(mesh.key_times),

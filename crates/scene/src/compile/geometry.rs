@@ -11,7 +11,9 @@ use crate::MaterialId;
 use crate::materials::{Gaps, Materials};
 use crate::media::MediumIds;
 use crate::scene::SceneCounts;
-use crate::shapes::{Mesh, MovingMesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide, tube};
+use crate::shapes::{
+    Mesh, MovingMesh, PatchMesh, Quadric, QuadricKind, Shape, ShapeGeometry, Strand, subdivide, tube,
+};
 use crate::surroundings::{Bodies, Body};
 use crate::textures::{FloatHandle, TextureCompiler};
 

@@ -68,10 +68,7 @@ impl Mesh {
 }
 
 /// Of positions and perhaps normals at three corners.
-fn of_triangle(
-    ([p0, p1, p2], normals): ([Vec3; 3], Option<[Vec3; 3]>),
-    [b1, b2]: [f32; 2],
-) -> Curvature {
+fn of_triangle(([p0, p1, p2], normals): ([Vec3; 3], Option<[Vec3; 3]>), [b1, b2]: [f32; 2]) -> Curvature {
     let tangents = [p1 - p0, p2 - p0];
     let Some([n0, n1, n2]) = normals else { return Curvature::flat(tangents) };
     Curvature::new(n0 * (1.0 - b1 - b2) + n1 * b1 + n2 * b2, tangents, [n1 - n0, n2 - n0])
