@@ -23,7 +23,7 @@ pub(super) fn declare(world: &mut World<'_>, lights: &mut LightsBuilder<'_>, sin
         let light = desc.area_light.as_ref()?;
         if matches!(shape.geometry, ShapeGeometry::MovingMesh(_)) {
             sink.warning(desc.span, "a mesh whose vertices move cannot emit")
-                .hint("it is left dark: move it by its transform, or leave out \"end_positions\"");
+                .hint("it is left dark: move it by its transform instead (in pbrt files: no \"P1\")");
             return None;
         }
         lights.add_emission(light, sink)
