@@ -169,6 +169,8 @@ def test_a_furnace_glows_as_it_should() -> None:
         ({"type": "mesh", "positions": QUAD[:, :2]}, "expected (n, 3)"),
         ({"type": "mesh", "positions": QUAD[:3] + np.inf}, "not finite"),
         ({"type": "mesh", "positions": QUAD[:3], "normals": QUAD[:2]}, "2 normals for 3 positions"),
+        ({"type": "mesh", "positions": QUAD[:3], "end_positions": QUAD[:2]}, "2 end_positions for 3 positions"),
+        ({"type": "mesh", "positions": QUAD[:3], "end_positions": QUAD[:3], "key_times": 1}, "expected two numbers"),
         ({"type": "disk", "inner_radius": 2}, "inner_radius 2 is outside"),
         ({"type": "loop_subdiv", "positions": QUAD[:3], "levels": 40}, "expected at most 10"),
         (3, "expected a description"),
