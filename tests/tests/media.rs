@@ -164,10 +164,6 @@ fn single_scattering_in_a_slab() {
     let (both, flights) = (by("true"), by("false"));
     family.same("thin mist, with and without equal angles", &both, &flights);
     family.mean_within("thin mist", &both, thin_mist(coefficient), 1e-5);
-    println!(
-        "variance by flights alone over that with equal angles: {:.0}",
-        flights.variance() / both.variance()
-    );
     family.holds("far less noise", both.variance() < 0.02 * flights.variance());
     family.finish();
 }
