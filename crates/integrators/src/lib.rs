@@ -25,6 +25,8 @@ mod registry;
 mod shortcut;
 mod sppm;
 mod strategy_layer;
+#[cfg(test)]
+mod test_scene;
 mod vcm;
 mod walker;
 

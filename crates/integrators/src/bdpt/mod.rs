@@ -371,19 +371,10 @@ impl Walks<'_> {
 #[cfg(test)]
 #[allow(clippy::print_stdout, reason = "figures of the test")]
 mod tests {
-    use scene::{CompileOptions, compile};
-    use scene_desc::Sink;
     use testkit::statistics::{Moments, sidak, welch_test};
 
     use super::*;
-
-    fn load(name: &str) -> Scene {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes");
-        let mut sink = Sink::default();
-        let desc = formats::load(&path.join(format!("{name}.pbrt")), &mut sink);
-        let scene = desc.and_then(|d| compile(&d, &CompileOptions::default(), &mut sink));
-        scene.unwrap_or_else(|| panic!("{}", sink.render()))
-    }
+    use crate::test_scene::load;
 
     /// Mean radiance over the whole film of all paths with `depth` scattering events, by every single strategy, over
     /// batches; strategies that do not apply are empty.
@@ -430,7 +421,7 @@ mod tests {
         for (name, depths) in
             [("orthographic", 2..=2), ("points", 2..=2), ("shading-normals", 2..=3), ("wide-lens", 1..=2)]
         {
-            let scene = load(name);
+            let scene = load(name, false);
             let has_delta_light = scene.lights.ids().any(|l| scene.lights.is_delta(l));
             for depth in depths {
                 let means = pyramid(&scene, depth, 24, 2000);

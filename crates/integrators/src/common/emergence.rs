@@ -7,6 +7,7 @@
 
 use math::{Dir, Frame, Ray, Vec3, trig};
 use sampling::Sampler;
+use sampling::distribution::{chances, choose};
 use scatter::DiffusionProfile;
 use scene::{Scene, Shading, SurfaceInteraction, Surroundings, lane_weights};
 use spectrum::{Spectrum, Wavelengths};
@@ -50,7 +51,7 @@ impl Entrance<'_> {
         let frame = Frame::from_normal(self.si.ng);
         let axes = [frame.n.0, frame.s, frame.t];
         let lanes = chances(lane_weights(self.carried * profile.albedo(), wl))?;
-        let (axis, lane) = (choose(&AXES, u_axis), choose(&lanes, u_lane));
+        let ((axis, _), (lane, _)) = (choose(AXES, u_axis), choose(lanes, u_lane));
 
         // The line, as far as the profile reaches.
         let (radius, reach) = (profile.sample(lane, u_radius), profile.reach(lane));
@@ -118,22 +119,4 @@ impl Entrance<'_> {
         }
         sum
     }
-}
-
-/// Weights over their sum; `None` if there is nothing.
-fn chances(weights: [f32; 4]) -> Option<[f32; 4]> {
-    let sum: f32 = weights.iter().sum();
-    (sum > 0.0 && sum.is_finite()).then(|| weights.map(|w| w / sum))
-}
-
-fn choose(chances: &[f32], mut u: f32) -> usize {
-    let mut last = 0;
-    for (i, chance) in chances.iter().enumerate().filter(|(_, c)| **c > 0.0) {
-        last = i;
-        if u < *chance {
-            break;
-        }
-        u -= chance;
-    }
-    last
 }

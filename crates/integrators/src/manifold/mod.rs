@@ -192,20 +192,12 @@ impl Search<'_> {
 mod tests {
     use math::{Dir, Frame, Point, Ray, Vec3};
     use sampling::warp;
-    use scene::{CompileOptions, Surroundings, compile};
-    use scene_desc::Sink;
+    use scene::Surroundings;
     use testkit::statistics::Moments;
 
     use super::chain::Chain;
     use super::*;
-
-    fn load(name: &str) -> Scene {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes");
-        let mut sink = Sink::default();
-        let desc = formats::load(&path.join(format!("{name}.pbrt")), &mut sink);
-        let scene = desc.and_then(|d| compile(&d, &CompileOptions::default(), &mut sink));
-        scene.unwrap_or_else(|| panic!("{}", sink.render()))
-    }
+    use crate::test_scene::load;
 
     /// What a ray straight down meets first below a height.
     fn below(scene: &Scene, x: f32, y: f32, height: f32) -> Vertex {
@@ -227,7 +219,7 @@ mod tests {
     #[test]
     fn rays_change_as_their_differentials_say() {
         const STEP: f32 = 1e-3;
-        let scene = load("caustics");
+        let scene = load("caustics", false);
         let (mut compared, mut rng, mut rays) = ([0; 4], Rng::from_parts(&[5]), 0);
         for i in 0..6000 {
             let [x, y] = [rng.next_f32(), rng.next_f32()].map(|u| 6.0 * u - 3.0);
@@ -265,7 +257,7 @@ mod tests {
     /// The trials until a solution is found again are 1/p in the mean, whichever of several it is.
     #[test]
     fn trials_are_one_over_the_chance() {
-        let scene = load("caustics");
+        let scene = load("caustics", false);
         let surfaces = SpecularSurfaces::of(&scene).unwrap();
         let (mut rays, mut rng, mut found) = (0, Rng::from_parts(&[7]), 0);
         // Under waves, under a ball, in a tube.
@@ -302,13 +294,13 @@ mod tests {
 
     #[test]
     fn lamps_are_aimed_at_and_the_sky_is_not() {
-        let scene = load("large-lamp");
+        let scene = load("large-lamp", false);
         assert!(Manifold::new(&scene, 0).is_none());
         assert_eq!(Manifold::new(&scene, 100).unwrap().longest, MOST_SURFACES);
         for light in scene.lights.ids() {
             assert!(aims_at(&scene, light));
         }
-        let sky = load("sky");
+        let sky = load("sky", false);
         let aims: Vec<_> = sky.lights.ids().map(|l| aims_at(&sky, l)).collect();
         assert!(aims.contains(&false), "the sky is left to walks");
     }

@@ -184,20 +184,10 @@ impl<'a> Target<'a> {
 mod tests {
     use sampling::mis::Heuristic;
     use sampling::rng::Rng;
-    use scene::{CompileOptions, compile};
-    use scene_desc::Sink;
 
     use super::*;
     use crate::bdpt::weighting;
-
-    fn load(name: &str, spectral: bool) -> Scene {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenes");
-        let mut sink = Sink::default();
-        let desc = formats::load(&path.join(format!("{name}.pbrt")), &mut sink);
-        let options = CompileOptions { spectral, ..Default::default() };
-        let scene = desc.and_then(|d| compile(&d, &options, &mut sink));
-        scene.unwrap_or_else(|| panic!("{}", sink.render()))
-    }
+    use crate::test_scene::load;
 
     /// Chains start at paths of samples: what these add, and what a chain makes of the same numbers, must be one thing.
     #[test]

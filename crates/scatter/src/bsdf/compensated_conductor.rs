@@ -14,12 +14,13 @@ use std::f32::consts::FRAC_1_PI;
 use std::sync::LazyLock;
 
 use math::{LocalDir, trig};
+use sampling::distribution::{chances, choose};
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
 use super::conductor::mirror;
 use super::diffuse::cosine_on_side_of;
-use super::mixture::{chances, choose, sample_of};
+use super::mixture::sample_of;
 use super::{BsdfKind, BsdfSample, Conductor, Gloss, Lobe, LobeFlags, TransportMode};
 use crate::microfacet::{Distribution, Facets, MIN_COS};
 

@@ -15,10 +15,10 @@
 use std::f32::consts::{LN_2, PI, TAU};
 
 use math::{LocalDir, Vec3, trig};
+use sampling::distribution::choose;
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
-use super::mixture::choose;
 use super::{BsdfKind, BsdfSample, Gloss, Lobe, LobeFlags, TransportMode};
 use crate::fresnel;
 use crate::microfacet::MIN_COS;

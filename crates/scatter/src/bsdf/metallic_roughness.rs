@@ -17,12 +17,13 @@
 use std::f32::consts::FRAC_1_PI;
 
 use math::LocalDir;
+use sampling::distribution::{chances, choose};
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
 use super::conductor::mirror;
 use super::diffuse::cosine_on_side_of;
-use super::mixture::{chances, choose, mirror_lobe, sample_of, schlick_weight};
+use super::mixture::{mirror_lobe, sample_of, schlick_weight};
 use super::{BsdfKind, BsdfSample, Dielectric, Gloss, Lobe, LobeFlags, SampleLobes, TransportMode, cloth};
 use crate::fresnel;
 use crate::microfacet::{Facets, MIN_COS};

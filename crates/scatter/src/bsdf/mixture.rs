@@ -1,4 +1,4 @@
-//! What surfaces that are sums of lobes share: choosing a lobe by weight, and a sample whose density is that of all.
+//! What surfaces that are sums of lobes share: a sample whose density is that of all.
 
 use math::LocalDir;
 use sampling::{Pdf, SolidAngle};
@@ -7,29 +7,6 @@ use spectrum::Spectrum;
 use super::conductor::mirroring_facet;
 use super::{BsdfKind, BsdfSample, Lobe, TransportMode};
 use crate::microfacet::{Facets, MIN_COS};
-
-/// Chances in proportion to weights; `None` where all are zero.
-#[inline]
-pub(super) fn chances<const N: usize>(weights: [f32; N]) -> Option<[f32; N]> {
-    let sum: f32 = weights.iter().sum();
-    (sum > 0.0).then(|| weights.map(|w| w / sum))
-}
-
-/// The lobe that `u` falls on, and the number that is left.
-#[inline]
-pub(super) fn choose<const N: usize>(chances: [f32; N], u: f32) -> (usize, f32) {
-    let (mut left, mut last) = (u, 0);
-    for (i, p) in chances.into_iter().enumerate() {
-        if p > 0.0 {
-            if left < p {
-                return (i, left / p);
-            }
-            last = i;
-        }
-        left -= p;
-    }
-    (last, 1.0 - f32::EPSILON)
-}
 
 /// The sample in a direction that some lobe has drawn: its weight and density are those of all.
 #[inline]

@@ -14,12 +14,13 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use math::{LocalDir, trig};
+use sampling::distribution::{chances, choose};
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
 use super::conductor::mirror;
 use super::diffuse::cosine_on_side_of;
-use super::mixture::{chances, choose, lerp, mirror_lobe, sample_of, schlick_weight};
+use super::mixture::{lerp, mirror_lobe, sample_of, schlick_weight};
 use super::{BsdfKind, BsdfSample, Dielectric, Gloss, Lobe, LobeFlags, SampleLobes, TransportMode};
 use crate::fresnel;
 use crate::microfacet::{Facets, MIN_COS};

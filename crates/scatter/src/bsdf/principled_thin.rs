@@ -12,12 +12,13 @@
 use std::f32::consts::FRAC_1_PI;
 
 use math::LocalDir;
+use sampling::distribution::{chances, choose};
 use sampling::{Pdf, SolidAngle};
 use spectrum::Spectrum;
 
 use super::conductor::mirror;
 use super::diffuse::cosine_on_side_of;
-use super::mixture::{chances, choose, lerp, mirror_lobe, sample_of, schlick_weight};
+use super::mixture::{lerp, mirror_lobe, sample_of, schlick_weight};
 use super::principled::{burley, sheen};
 use super::{BsdfKind, BsdfSample, Gloss, Lobe, LobeFlags, TransportMode};
 use crate::fresnel;

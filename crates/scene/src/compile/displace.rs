@@ -193,9 +193,9 @@ impl Tessellation {
                 let [a, b, c] = face;
                 faces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
             }
-            [Some(m), None, None] => self.halves(turned(0), m, faces),
-            [None, Some(m), None] => self.halves(turned(1), m, faces),
-            [None, None, Some(m)] => self.halves(turned(2), m, faces),
+            [Some(m), None, None] => Self::halves(turned(0), m, faces),
+            [None, Some(m), None] => Self::halves(turned(1), m, faces),
+            [None, None, Some(m)] => Self::halves(turned(2), m, faces),
             [Some(m), Some(n), None] => self.thirds(turned(0), m, n, faces),
             [None, Some(m), Some(n)] => self.thirds(turned(1), m, n, faces),
             [Some(n), None, Some(m)] => self.thirds(turned(2), m, n, faces),
@@ -203,8 +203,7 @@ impl Tessellation {
     }
 
     /// The edge `ab` has a middle.
-    #[allow(clippy::unused_self, reason = "beside `thirds`")]
-    fn halves(&self, [a, b, c]: [u32; 3], ab: u32, faces: &mut Vec<[u32; 3]>) {
+    fn halves([a, b, c]: [u32; 3], ab: u32, faces: &mut Vec<[u32; 3]>) {
         faces.extend([[a, ab, c], [ab, b, c]]);
     }
 
