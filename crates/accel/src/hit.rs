@@ -27,6 +27,13 @@ pub fn accept_all(_: &Hit) -> bool {
     true
 }
 
+/// The same for many rays, of which a filter is told the index.
+#[inline(always)]
+#[must_use]
+pub fn accept_all_of(_: usize, _: &Hit) -> bool {
+    true
+}
+
 /// The best candidate so far, with what decides ties.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Best {

@@ -50,7 +50,7 @@ pub use blas::{Blas, BlasStats};
 pub use build::{BuildOptions, TreeKind};
 pub use error::BuildError;
 pub use geometry::{Geometry, Shape};
-pub use hit::{Hit, NO_INSTANCE, accept_all};
+pub use hit::{Hit, NO_INSTANCE, accept_all, accept_all_of};
 pub use instance::Instance;
 pub use isa::Isa;
 pub use primitive::{Curve, CurveKind, Cylinder, Disk, Sphere, share_of_motion, vertex_between};
