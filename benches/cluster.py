@@ -69,7 +69,9 @@ def speed(args: argparse.Namespace) -> dict[str, Any]:
             end = cluster_of(nodes)
             try:
                 # Starting Python on a node is the cluster's cost, once; a scene's way there and its compilation are the render's.
-                sr.cluster.render(scene, spp=2 * nodes, passes_per_task=1, seed=99, **how)
+                # Enough tasks that every node gets some: one that starts late would still start in the measurement.
+                warm = sr.cluster.render(scene, spp=20 * nodes, passes_per_task=5, seed=99, **how)
+                assert len(warm.metadata["nodes"]) == nodes, "a node did not take part"
                 times[name].append(seconds(lambda: sr.cluster.render(scene, spp=spp, **how)))
             finally:
                 end()

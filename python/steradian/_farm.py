@@ -33,8 +33,10 @@ _SHORTEST_TASK = 0.5
 """Seconds below which starting a task costs more than it spreads."""
 _FIRST = 4
 """Passes of a task while nothing is known of how long they take."""
-_FILM_SHARE = 0.03
-"""Share of a task's time that packing its film should have at most; unpacking and adding it costs as much again."""
+_FILM_COST = 5.0
+"""What a film costs in all (packing, the way through Ray's stores, adding), in packings: measured, see docs/scale.md."""
+_FILM_SHARE = 0.01
+"""Share of a task's time that its film should cost at most while there is enough to do, and ten times that at the end."""
 _BEAT = 1.0
 """Seconds between looks at the cluster, and between events of progress."""
 _SLOW = 1.5
@@ -569,17 +571,19 @@ class Farm:
 
 
 def chunk(passes: int, left: int, slots: int, per_pass: float, packing: float) -> int:
-    """Passes for the next task: about eight tasks for each of the `slots` that run at a time, then shorter ones so that all end
-    at once (half of what is left for all slots together: factoring, Hummel, Schonberg and Flynn 1992); none that takes too long,
-    or too short a time for its start and the `packing` of its film, as long as there is one for each. `per_pass` is 0 while that
-    is not known; both in seconds.
+    """Passes for the next task: about eight tasks for each of the `slots` that run at a time, or fewer where a film costs more
+    than its share of such a task; then shorter ones so that all end at once (half of what is left for all slots together: factoring,
+    Hummel, Schonberg and Flynn 1992); none that takes too long, or too short a time for its start and its film, as long as there
+    is one for each. `per_pass` is 0 while that is not known; it and the `packing` of a film in seconds.
     """
-    n = max(1, min(passes // (8 * slots), left // (2 * slots)))
+    half = left // (2 * slots)
+    eighth = max(1, min(passes // (8 * slots), half))
     if per_pass == 0.0:
-        return min(n, _FIRST)
-    least = max(_SHORTEST_TASK, packing / _FILM_SHARE)
-    n = max(n, min(int(least / per_pass), left // slots))
-    return min(n, max(1, int(_LONGEST_TASK / per_pass)))
+        return min(eighth, _FIRST)
+    film = _FILM_COST * packing / _FILM_SHARE
+    worth = min(int(film / per_pass), half)
+    least = min(int(max(_SHORTEST_TASK, film / 10) / per_pass), left // slots)
+    return min(max(eighth, worth, least), max(1, int(_LONGEST_TASK / per_pass)))
 
 
 def tree(slots: int) -> tuple[int, int]:

@@ -137,7 +137,9 @@ def test_tasks_are_as_long_as_it_pays(fake: FakeRay) -> None:
     assert _farm.chunk(1024, 96, 16, 1.0, 0.0) == 3, "shorter ones at the end"
     assert _farm.chunk(10**6, 10**6, 4, 0.1, 0.0) == 600, "a minute"
     assert _farm.chunk(1000, 1000, 4, 1e-3, 0.0) == 250, "no dust, but one for each"
-    assert _farm.chunk(1024, 1024, 16, 0.5, 0.3) == 20, "packing has 3 % of it"
+    assert _farm.chunk(1024, 1024, 16, 0.5, 0.01) == 10, "a film costs a hundredth of its task"
+    assert _farm.chunk(1024, 1024, 16, 0.5, 0.3) == 32, "or all slots have half of what is left"
+    assert _farm.chunk(1024, 40, 16, 0.5, 0.03) == 2, "at the end it costs a tenth at most"
     assert _farm.chunk(100, 1, 64, 5.0, 0.0) == 1
     assert [_farm.tree(n) for n in (64, 65, 5000)] == [(1, 0), (16, 1), (16, 2)]
 
