@@ -13,7 +13,7 @@ use crate::layout::{ChildRef, Node, WideTree};
 use crate::ray_space;
 
 /// Entering an object costs many node visits, so each instance has a box of its own.
-const INSTANCE_COST: LeafCost = LeafCost { max_items: 1, fixed: 8.0, per_item: 0.0 };
+const INSTANCE_COST: LeafCost = LeafCost { max_items: 1, fixed: 8.0 };
 
 /// Static geometry in world space, objects, and instances of them.
 #[derive(Clone, Debug)]
@@ -65,15 +65,15 @@ impl Accel {
             items.push(Item::new(&p.bounds, i, 0));
         }
         let bounds = items.iter().fold(world.bounds(), |b, i| b.union(i.bounds().to_bounds()));
-        let leaf = &mut |leaf: &[Item]| ChildRef::mixed(leaf[0].id() as usize);
-        let top = build::build(&mut items, &BuildOptions::default(), &INSTANCE_COST, leaf);
+        let (mut top, leaves) = build::build(&mut items, &BuildOptions::default(), &INSTANCE_COST);
+        top.refer(|leaf| ChildRef::mixed(leaves[leaf].of(&items)[0].id() as usize));
         Ok(Self { world, objects, placed, top, bounds, reach: ray_space::reach(&bounds), isa: Isa::detect() })
     }
 
     /// Without instances.
     #[must_use]
     pub fn from_static(world: Blas) -> Self {
-        let top = WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 };
+        let top = WideTree::default();
         let (objects, placed, bounds) = (Vec::new(), Vec::new(), world.bounds());
         Self { world, objects, placed, top, bounds, reach: ray_space::reach(&bounds), isa: Isa::detect() }
     }

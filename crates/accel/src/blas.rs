@@ -3,7 +3,7 @@
 use math::Bounds;
 use rayon::prelude::*;
 
-use crate::build::{self, BuildOptions, Item, LeafCost};
+use crate::build::{self, BuildOptions, Item, Leaf, LeafCost};
 use crate::error::BuildError;
 use crate::geometry::{Geometry, Shape};
 use crate::hit::{Best, Hit};
@@ -14,7 +14,7 @@ use crate::primitive::{self, Curve, MovingTriangle, PIECES, Primitive, triangle}
 use crate::ray_space;
 
 /// A leaf of eight triangles costs about a node visit; from 0.7 to 2.0 the speed is the same within noise.
-const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.0, per_item: 0.0 };
+const LEAF_COST: LeafCost = LeafCost { max_items: WIDTH, fixed: 1.0 };
 
 /// The bottom level: many geometries, one tree.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl Default for Blas {
     /// Nothing in it.
     fn default() -> Self {
         Self {
-            tree: WideTree { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 },
+            tree: WideTree::default(),
             blocks: Vec::new(),
             mixed: Vec::new(),
             others: Vec::new(),
@@ -121,36 +121,16 @@ impl Blas {
 
         blas.reach = ray_space::reach(&blas.bounds);
 
-        // Leaves name what they hold; the blocks are filled by all threads afterwards.
-        let mut wanted: Vec<[Option<Item>; WIDTH]> = Vec::new();
-        let all_others = std::mem::take(&mut blas.others);
-        let (others, mixed) = (&mut blas.others, &mut blas.mixed);
-        blas.tree = build::build(&mut items, options, &LEAF_COST, &mut |leaf| {
-            let is_triangle =
-                |i: &&Item| matches!(geometries[i.geometry() as usize].shape, Shape::Mesh { .. });
-            let mut block = [None; WIDTH];
-            for (slot, item) in block.iter_mut().zip(leaf.iter().filter(is_triangle)) {
-                *slot = Some(*item);
-            }
-            let mut reference = ChildRef::EMPTY;
-            if block[0].is_some() {
-                reference = ChildRef::block(wanted.len());
-                wanted.push(block);
-            }
-            let first = others.len() as u32;
-            let of_item =
-                |i: &Item| all_others.binary_search_by_key(&i.id(), |o| o.tagged & !FILTER_BIT).ok();
-            others.extend(leaf.iter().filter_map(of_item).map(|at| all_others[at].clone()));
-            let count = others.len() as u32 - first;
-            if count == 0 {
-                return reference;
-            }
-            mixed.push(MixedLeaf { block: reference, first, count });
-            ChildRef::mixed(mixed.len() - 1)
-        });
-        let mut blocks = memory::with_capacity(wanted.len());
-        wanted.par_iter().map(|block| blas.fill(block, geometries)).collect_into_vec(&mut blocks);
-        blas.blocks = blocks;
+        let (tree, leaves) = build::build(&mut items, options, &LEAF_COST);
+        blas.tree = tree;
+        if blas.others.is_empty() {
+            let filled = leaves.par_iter().map(|leaf| blas.fill(leaf.of(&items), geometries));
+            let mut blocks = memory::with_capacity(leaves.len());
+            filled.collect_into_vec(&mut blocks);
+            blas.blocks = blocks;
+        } else {
+            blas.fill_mixed(&items, &leaves, geometries);
+        }
         Ok(blas)
     }
 
@@ -232,9 +212,11 @@ impl Blas {
         Ok(())
     }
 
-    fn fill(&self, wanted: &[Option<Item>; WIDTH], geometries: &[Geometry<'_>]) -> TriBlock {
+    /// A block of those among the items that are triangles at rest.
+    fn fill(&self, items: &[Item], geometries: &[Geometry<'_>]) -> TriBlock {
         let mut block = TriBlock::EMPTY;
-        for (lane, item) in wanted.iter().flatten().enumerate() {
+        let mut lane = 0;
+        for item in items {
             let geometry = &geometries[item.geometry() as usize];
             let Shape::Mesh { positions, indices } = geometry.shape else { continue };
             let face = indices[(item.id() - self.numbering.first(item.geometry())) as usize];
@@ -245,8 +227,37 @@ impl Blas {
                 }
             }
             block.items[lane] = item.id() | if geometry.needs_filter { FILTER_BIT } else { 0 };
+            lane += 1;
         }
         block
+    }
+
+    /// Fills the leaves where not all items are triangles at rest.
+    fn fill_mixed(&mut self, items: &[Item], leaves: &[Leaf], geometries: &[Geometry<'_>]) {
+        let all_others = std::mem::take(&mut self.others);
+        let is_triangle = |i: &Item| matches!(geometries[i.geometry() as usize].shape, Shape::Mesh { .. });
+        let mut with_block = Vec::new();
+        let mut references = Vec::with_capacity(leaves.len());
+        for leaf in leaves {
+            let held = leaf.of(items);
+            let mut reference = ChildRef::EMPTY;
+            if held.iter().any(is_triangle) {
+                reference = ChildRef::block(with_block.len());
+                with_block.push(*leaf);
+            }
+            let first = self.others.len() as u32;
+            let of_item =
+                |i: &Item| all_others.binary_search_by_key(&i.id(), |o| o.tagged & !FILTER_BIT).ok();
+            self.others.extend(held.iter().filter_map(of_item).map(|at| all_others[at].clone()));
+            let count = self.others.len() as u32 - first;
+            if count > 0 {
+                self.mixed.push(MixedLeaf { block: reference, first, count });
+                reference = ChildRef::mixed(self.mixed.len() - 1);
+            }
+            references.push(reference);
+        }
+        self.tree.refer(|leaf| references[leaf]);
+        self.blocks = with_block.par_iter().map(|leaf| self.fill(leaf.of(items), geometries)).collect();
     }
 
     /// The hit that a candidate stands for.

@@ -63,10 +63,12 @@ pub(crate) struct Embree {
     scene: Handle,
     intersect: Trace,
     occluded: Trace,
+    /// What its build took.
+    pub(crate) seconds: f64,
 }
 
 impl Embree {
-    pub(crate) fn new(path: &str, name: &'static str, flags: c_int, meshes: &[Mesh]) -> Self {
+    pub(crate) fn new(path: &str, name: &'static str, flags: c_int, meshes: &[Mesh], threads: usize) -> Self {
         const TRIANGLES: c_int = 0;
         let (indices, vertices, uint3, float3) = (0, 1, 0x5003, 0x9003);
         // SAFETY: the signatures are those of Embree 4's C interface; the buffers are filled to the size asked for
@@ -82,7 +84,7 @@ impl Embree {
                 }};
             }
             let device = function!("rtcNewDevice", unsafe extern "C" fn(*const c_char) -> Handle)(
-                c"threads=2".as_ptr(),
+                CString::new(format!("threads={threads}")).expect("a number").as_ptr(),
             );
             let scene = function!("rtcNewScene", unsafe extern "C" fn(Handle) -> Handle)(device);
             function!("rtcSetSceneFlags", unsafe extern "C" fn(Handle, c_int))(scene, flags);
@@ -102,9 +104,9 @@ impl Embree {
             }
             let start = std::time::Instant::now();
             function!("rtcCommitScene", unsafe extern "C" fn(Handle))(scene);
-            println!("{name}: built in {:.3} s", start.elapsed().as_secs_f64());
+            let seconds = start.elapsed().as_secs_f64();
             let (intersect, occluded) = (function!("rtcIntersect1", Trace), function!("rtcOccluded1", Trace));
-            Self { name, scene, intersect, occluded }
+            Self { name, scene, intersect, occluded, seconds }
         }
     }
 }

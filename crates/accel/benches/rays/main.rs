@@ -5,13 +5,15 @@
 //!     [--only KERNEL] [--set RAYS]
 //! ```
 //!
+//! `--build` times the building of trees instead, on one thread and on all.
 //! `--edges N` counts instead how many of `N` rays, aimed at edges and vertices of closed meshes, get through.
 //!
-//! `SCENE` is a PLY file, or a folder with `models/*.ply` and a pbrt file whose camera is taken; without it a furnished
-//! room is made up. One thread; rounds alternate between the kernels, and of each chunk of rays the best round
+//! `SCENE` is a PLY file, or a folder with `models/*.ply` and a pbrt file whose camera is taken, or `N` triangles of a
+//! landscape that is made up; without it a furnished room is made up. One thread; rounds alternate between the kernels, and of each chunk of rays the best round
 //! counts, so that others on the machine disturb the ratio little. Quote ratios, not figures.
 #![allow(clippy::print_stdout, reason = "a program")]
 
+mod builds;
 mod edges;
 mod embree;
 mod ply;
@@ -35,6 +37,8 @@ struct Options {
     only: Option<String>,
     /// Only the rays whose name contains this.
     set: Option<String>,
+    /// Time builds instead.
+    build: bool,
     /// Count leaks of so many rays instead.
     edges: u64,
     rays: usize,
@@ -49,6 +53,7 @@ fn options() -> Options {
         isa: None,
         only: None,
         set: None,
+        build: false,
         edges: 0,
         rays: 1 << 18,
         rounds: 5,
@@ -62,6 +67,7 @@ fn options() -> Options {
             "--isa" => o.isa = Isa::from_name(&value()),
             "--only" => o.only = Some(value()),
             "--set" => o.set = Some(value()),
+            "--build" => o.build = true,
             "--edges" => o.edges = value().parse().expect("a number"),
             "--rays" => o.rays = value().parse().expect("a number"),
             "--rounds" => o.rounds = value().parse().expect("a number"),
@@ -130,11 +136,7 @@ fn variants(scene: &Scene, blas: &Blas) -> Vec<Box<dyn Tracer>> {
 }
 
 fn build(scene: &Scene, tree: TreeKind) -> Blas {
-    let geometries: Vec<_> = scene
-        .meshes
-        .iter()
-        .map(|m| Geometry::opaque(Shape::Mesh { positions: &m.positions, indices: &m.indices }))
-        .collect();
+    let geometries = scene.geometries();
     let n: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
     let seconds = (0..3)
         .map(|_| {
@@ -166,6 +168,9 @@ fn main() {
     }
     let scene = options.scene.as_deref().map_or_else(workload::furnished_room, workload::load);
     let name = options.scene.as_deref().unwrap_or("furnished room");
+    if options.build {
+        return builds::run(&options, name, &scene);
+    }
     println!("{name}");
 
     let mut tracers: Vec<Box<dyn Tracer>> = Vec::new();
@@ -187,7 +192,9 @@ fn main() {
     });
     if let Some(path) = &options.embree {
         for (label, flags) in [("embree", 0), ("embree robust", 4)] {
-            tracers.push(Box::new(embree::Embree::new(path, label, flags, &scene.meshes)));
+            let embree = embree::Embree::new(path, label, flags, &scene.meshes, 2);
+            println!("{label}: built in {:.3} s", embree.seconds);
+            tracers.push(Box::new(embree));
         }
     }
     tracers.retain(|t| options.only.as_ref().is_none_or(|name| t.name().contains(name.as_str())));

@@ -1,7 +1,7 @@
 //! Scenes, and the rays that renderers send through them.
 
 use math::{DMat4, DVec3, Dir, Point, Ray, Transform, Vec3};
-use steradian_accel::{Accel, Hit, accept_all};
+use steradian_accel::{Accel, Geometry, Hit, Shape, accept_all};
 
 use crate::ply::{self, Mesh};
 
@@ -11,6 +11,16 @@ pub(crate) struct Scene {
     world_from_camera: Transform,
     /// Half the field of view's tangent.
     spread: f32,
+}
+
+impl Scene {
+    pub(crate) fn geometries(&self) -> Vec<Geometry<'_>> {
+        let of = |m| {
+            let Mesh { positions, indices }: &Mesh = m;
+            Geometry::opaque(Shape::Mesh { positions, indices })
+        };
+        self.meshes.iter().map(of).collect()
+    }
 }
 
 /// Rays of one kind.
@@ -30,8 +40,11 @@ pub(crate) fn unit(i: u64, dimension: u64) -> f32 {
     math::hash::unit_f32((math::hash::combine(math::hash::mix64(i), dimension) >> 32) as u32)
 }
 
-/// A PLY file, or a folder of a pbrt scene.
+/// A PLY file, or a folder of a pbrt scene, or a number of triangles.
 pub(crate) fn load(path: &str) -> Scene {
+    if let Ok(n) = path.parse() {
+        return landscape(n);
+    }
     let path = std::path::Path::new(path);
     if path.is_file() {
         let mesh = ply::read(path);
@@ -77,6 +90,42 @@ pub(crate) fn furnished_room() -> Scene {
     }
     let camera = Transform::look_at(DVec3::new(0.5, 0.8, 5.5), DVec3::new(0.0, 0.0, -3.0), DVec3::Y);
     Scene { meshes, world_from_camera: camera.expect("a proper view").inverse(), spread: 0.7 }
+}
+
+/// Hills under a sky of few triangles, with balls of many sizes lying about: about `n` triangles, half of them in balls.
+fn landscape(n: usize) -> Scene {
+    let side = (n as f32 / 4.0).sqrt() as u32;
+    let height = |x: f32, z: f32| {
+        let wave = |f: f32, a: f32| a * math::trig::sin(f * x) * math::trig::cos(f * 1.1 * z + x);
+        wave(0.7, 1.0) + wave(2.3, 0.3) + wave(7.1, 0.1) + wave(31.0, 0.02)
+    };
+    let mut hills = Mesh { positions: Vec::new(), indices: Vec::new() };
+    for i in 0..=side {
+        for j in 0..=side {
+            let [x, z] = [i, j].map(|k| k as f32 / side as f32 * 20.0 - 10.0);
+            hills.positions.push(Vec3::new(x, height(x, z), z));
+        }
+    }
+    for i in 0..side {
+        for j in 0..side {
+            let a = i * (side + 1) + j;
+            hills.indices.extend([[a, a + 1, a + side + 1], [a + 1, a + side + 2, a + side + 1]]);
+        }
+    }
+    let sky = cuboid(Vec3::new(-11.0, -3.0, -11.0), Vec3::new(11.0, 8.0, 11.0));
+    let (mut meshes, mut left) = (vec![hills, sky], n / 2);
+    for i in 0.. {
+        let r = |d: u64| unit(i, 200 + d);
+        let rows = (20.0 + 180.0 * r(3)) as u32;
+        if left < (4 * rows * rows) as usize {
+            break;
+        }
+        left -= (4 * rows * rows) as usize;
+        let (x, z) = (r(0) * 20.0 - 10.0, r(1) * 20.0 - 10.0);
+        meshes.push(ball(Vec3::new(x, height(x, z), z), 0.02 + 0.3 * r(2) * r(2), rows));
+    }
+    let camera = Transform::look_at(DVec3::new(0.0, 2.5, 9.0), DVec3::ZERO, DVec3::Y);
+    Scene { meshes, world_from_camera: camera.expect("a proper view").inverse(), spread: 0.6 }
 }
 
 fn cuboid(min: Vec3, max: Vec3) -> Mesh {

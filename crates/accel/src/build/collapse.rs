@@ -5,260 +5,134 @@
 //! - `C(n, 1) = min(leaf, A(n) + min_k C(left, k) + C(right, W − k))`
 //! - `C(n, i) = min(C(n, i − 1), min_k C(left, k) + C(right, i − k))`
 //!
-//! with the area `A(n)` in place of the chance of a visit.
+//! with the area `A(n)` in place of the chance of a visit. A subtree of `m` items has no more than `m` roots, so `k` need
+//! not go beyond the items of the smaller side: for most nodes it stops at one or two.
+
+use glam::Vec4;
 
 use super::LeafCost;
-use super::binary::{BinaryNode, Box4, Item, children};
-use crate::kernels::memory;
-use crate::layout::{ChildRef, NODE, Node, WideTree};
+use super::binary::{BinaryNode, Place};
+use crate::layout::NODE;
 
-/// Smaller subtrees are not worth a task.
-const TASK: usize = 4096;
-
-/// What is best for one subtree.
+/// `C(n, i + 1)` of one subtree; the last entry is not used.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plan {
-    /// `C(n, i + 1)`.
-    cost: [f32; NODE - 1],
-    /// Roots given to the left child when there are `i + 1`; 0: use one fewer. Entry 0: 0 means a leaf. Last entry: the
-    /// children of a node here.
-    left: [u8; NODE],
-}
+#[repr(align(64))]
+pub(crate) struct Costs([f32; NODE]);
 
-impl Plan {
+impl Costs {
+    pub(crate) const NONE: Self = Self([0.0; NODE]);
+
+    /// The same for any number of roots: a single item.
+    #[inline]
+    pub(crate) fn flat(cost: f32) -> Self {
+        Self([cost; NODE])
+    }
+
     /// The cost of the whole subtree, times its area.
     pub(crate) fn total(&self) -> f32 {
-        self.cost[0]
+        self.0[0]
     }
 }
 
-/// The best plans for all subtrees.
-pub(crate) fn plan(nodes: &[BinaryNode], cost: &LeafCost) -> Vec<Plan> {
-    let mut plans = vec![Plan { cost: [0.0; NODE - 1], left: [0; NODE] }; nodes.len()];
-    fill(nodes, &mut plans, cost);
-    plans
-}
-
-fn fill(nodes: &[BinaryNode], plans: &mut [Plan], cost: &LeafCost) {
-    let (area, count) = (nodes[0].bounds.half_area(), nodes[0].count as usize);
-    let leaf = area * (cost.fixed + cost.per_item * count as f32);
-    if count == 1 {
-        plans[0].cost = [leaf; NODE - 1];
-        return;
-    }
-    let (_, right) = children(nodes);
-    let (here, below) = plans.split_at_mut(1);
-    let (l, r) = below.split_at_mut(right - 1);
-    if count > TASK {
-        rayon::join(|| fill(&nodes[1..right], l, cost), || fill(&nodes[right..], r, cost));
-    } else {
-        fill(&nodes[1..right], l, cost);
-        fill(&nodes[right..], r, cost);
-    }
-    here[0] = combine(&l[0].cost, &r[0].cost, area, (count <= cost.max_items).then_some(leaf));
-}
-
-fn combine(l: &[f32; NODE - 1], r: &[f32; NODE - 1], area: f32, leaf: Option<f32>) -> Plan {
-    let mut plan = Plan { cost: [0.0; NODE - 1], left: [0; NODE] };
-    let distribute = |roots: usize| {
-        let mut best = (f32::INFINITY, 1);
-        for k in 1..roots {
-            let c = l[k - 1] + r[roots - k - 1];
-            if c < best.0 {
-                best = (c, k as u8);
-            }
-        }
-        best
-    };
-    let (below, k) = distribute(NODE);
-    plan.left[NODE - 1] = k;
-    plan.cost[0] = area + below;
-    plan.left[0] = 1;
-    if let Some(leaf) = leaf
-        && leaf <= plan.cost[0]
-    {
-        plan.cost[0] = leaf;
-        plan.left[0] = 0;
-    }
-    for i in 2..NODE {
-        let (c, k) = distribute(i);
-        (plan.cost[i - 1], plan.left[i - 1]) =
-            if c < plan.cost[i - 2] { (c, k) } else { (plan.cost[i - 2], 0) };
-    }
-    plan
-}
-
-/// A subtree by its position in the nodes and of its first item.
+/// What is best for one subtree: sixteen numbers of four bits. Number `i` is of the roots given to the left child when
+/// there are `i + 2`, 0 meaning: use one fewer. The last is one for a leaf.
 #[derive(Clone, Copy, Debug)]
-struct Sub {
-    node: usize,
-    first: usize,
-}
+pub(crate) struct Plan(u64);
 
-/// Reads a plan.
-struct Reader<'a> {
-    nodes: &'a [BinaryNode],
-    plans: &'a [Plan],
-}
+impl Plan {
+    pub(crate) const NONE: Self = Self(0);
+    const LEAF: u64 = 1 << 60;
 
-impl Reader<'_> {
-    fn is_leaf(&self, s: Sub) -> bool {
-        self.nodes[s.node].count == 1 || self.plans[s.node].left[0] == 0
+    #[inline]
+    pub(crate) fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
     }
 
-    fn halves(&self, s: Sub) -> (Sub, Sub) {
-        let n = self.nodes[s.node + 1].count as usize;
-        (Sub { node: s.node + 1, first: s.first }, Sub { node: s.node + 2 * n, first: s.first + n })
-    }
-
-    /// The children of the wide node at `s`.
-    fn wide_children(&self, s: Sub, out: &mut Vec<Sub>) {
-        let k = usize::from(self.plans[s.node].left[NODE - 1]);
-        let (l, r) = self.halves(s);
-        self.roots(l, k, out);
-        self.roots(r, NODE - k, out);
-    }
-
-    fn roots(&self, s: Sub, mut n: usize, out: &mut Vec<Sub>) {
-        if self.nodes[s.node].count == 1 {
-            return out.push(s);
-        }
-        while n > 1 && self.plans[s.node].left[n - 1] == 0 {
-            n -= 1;
-        }
-        if n == 1 {
-            return out.push(s);
-        }
-        let k = usize::from(self.plans[s.node].left[n - 1]);
-        let (l, r) = self.halves(s);
-        self.roots(l, k, out);
-        self.roots(r, n - k, out);
+    /// Roots of the left child of 2 to [`NODE`] in all.
+    #[inline]
+    pub(crate) fn left(self, roots: usize) -> usize {
+        (self.0 >> (4 * (roots - 2)) & 15) as usize
     }
 }
 
-/// The size of a wide tree.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Size {
-    /// Nodes on the longest way down.
-    pub(crate) depth: usize,
-    /// All inner nodes.
-    pub(crate) nodes: usize,
+/// Plans all nodes, which are in preorder, and returns the costs of the whole. `leaf` knows those of the items.
+pub(crate) fn plan(
+    nodes: &mut [BinaryNode],
+    cost: &LeafCost,
+    scratch: &mut Vec<Costs>,
+    leaf: impl Fn(usize) -> Side,
+) -> Costs {
+    scratch.clear();
+    scratch.resize(nodes.len(), Costs::NONE);
+    for at in (0..nodes.len()).rev() {
+        let node = &nodes[at];
+        let side = |p: Place| match p.index() {
+            item if p.is_item() => leaf(item),
+            node => Side { costs: scratch[node], count: nodes[node].count as usize },
+        };
+        let sides = node.children.map(side);
+        let area = node.half_area();
+        let as_leaf = (node.count as usize <= cost.max_items).then_some(area * cost.fixed);
+        (scratch[at], nodes[at].plan) = combine(&sides, area, as_leaf);
+    }
+    scratch.first().copied().unwrap_or_else(|| leaf(0).costs)
 }
 
-/// The size of the tree that the plan stands for.
-pub(crate) fn size(nodes: &[BinaryNode], plans: &[Plan]) -> Size {
-    let reader = Reader { nodes, plans };
-    let (mut stack, mut size) = (vec![(Sub { node: 0, first: 0 }, 0)], Size::default());
-    let mut below = Vec::new();
-    while let Some((s, depth)) = stack.pop() {
-        size.depth = size.depth.max(depth);
-        if !reader.is_leaf(s) {
-            size.nodes += 1;
-            below.clear();
-            reader.wide_children(s, &mut below);
-            stack.extend(below.iter().map(|&c| (c, depth + 1)));
+/// One child.
+pub(crate) struct Side {
+    pub(crate) costs: Costs,
+    /// Items.
+    pub(crate) count: usize,
+}
+
+fn combine(sides: &[Side; 2], area: f32, leaf: Option<f32>) -> (Costs, Plan) {
+    let [left, right] = sides;
+    let is_left_smaller = left.count <= right.count;
+    let (few, many) = if is_left_smaller { (left, right) } else { (right, left) };
+    let (best, roots_of_few) = distribute(few, many);
+    let of_left = |roots: usize| {
+        let few = roots_of_few[roots - 1] as u64;
+        if is_left_smaller { few } else { roots as u64 - few }
+    };
+    let mut costs = [0.0; NODE];
+    let mut plan = of_left(NODE) << (4 * (NODE - 2));
+    costs[0] = area + best[NODE - 1];
+    if let Some(leaf) = leaf
+        && leaf <= costs[0]
+    {
+        costs[0] = leaf;
+        plan |= Plan::LEAF;
+    }
+    let most = (left.count + right.count).min(NODE - 1);
+    for roots in 2..=most {
+        let (c, fewer) = (best[roots - 1], costs[roots - 2]);
+        costs[roots - 1] = if c < fewer { c } else { fewer };
+        plan |= if c < fewer { of_left(roots) << (4 * (roots - 2)) } else { 0 };
+    }
+    let last = costs[most - 1];
+    costs[most..].fill(last);
+    (Costs(costs), Plan(plan))
+}
+
+/// For each number of roots less one: the least cost, and how many of them are the smaller side's.
+#[inline]
+fn distribute(few: &Side, many: &Side) -> ([f32; NODE], [f32; NODE]) {
+    let mut padded = [f32::INFINITY; 2 * NODE];
+    padded[NODE..].copy_from_slice(&many.costs.0);
+    let (mut best, mut roots) = ([Vec4::INFINITY; NODE / 4], [Vec4::ONE; NODE / 4]);
+    for k in 1..=few.count.min(NODE - 1) {
+        let (here, k_here) = (Vec4::splat(few.costs.0[k - 1]), Vec4::splat(k as f32));
+        let others = &padded[NODE - k..2 * NODE - k];
+        for ((best, roots), other) in best.iter_mut().zip(&mut roots).zip(others.as_chunks().0) {
+            let c = here + Vec4::from_array(*other);
+            *roots = Vec4::select(c.cmplt(*best), k_here, *roots);
+            *best = c.min(*best);
         }
     }
-    size
-}
-
-/// Writes the wide tree in preorder.
-pub(crate) fn emit(
-    nodes: &[BinaryNode],
-    plans: &[Plan],
-    items: &[Item],
-    size: Size,
-    leaf: &mut dyn FnMut(&[Item]) -> ChildRef,
-) -> WideTree {
-    let area = nodes[0].bounds.half_area();
-    let cost = if area > 0.0 { plans[0].cost[0] / area } else { 0.0 };
-    let mut writer =
-        Writer { reader: Reader { nodes, plans }, items, leaf, out: memory::with_capacity(size.nodes) };
-    let root = writer.write(Sub { node: 0, first: 0 });
-    let nodes = writer.out;
-    WideTree { nodes, root, cost }
-}
-
-struct Writer<'a> {
-    reader: Reader<'a>,
-    items: &'a [Item],
-    leaf: &'a mut dyn FnMut(&[Item]) -> ChildRef,
-    out: Vec<Node>,
-}
-
-impl Writer<'_> {
-    fn write(&mut self, s: Sub) -> ChildRef {
-        if self.reader.is_leaf(s) {
-            let count = self.reader.nodes[s.node].count as usize;
-            return (self.leaf)(&self.items[s.first..s.first + count]);
-        }
-        let mut below = Vec::with_capacity(NODE);
-        self.reader.wide_children(s, &mut below);
-        let area = |c: &Sub| self.reader.nodes[c.node].bounds.half_area();
-        below.sort_by(|a, b| area(a).total_cmp(&area(b)));
-
-        let at = self.out.len();
-        self.out.push(Node::EMPTY);
-        for (lane, &child) in below.iter().enumerate() {
-            let Box4 { min, max } = self.reader.nodes[child.node].bounds;
-            let reference = self.write(child);
-            let node = &mut self.out[at];
-            for axis in 0..3 {
-                node.planes[axis][0][lane] = min[axis];
-                node.planes[axis][1][lane] = max[axis];
-            }
-            node.children[lane] = reference;
-        }
-        ChildRef::node(at)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::build::sah;
-    use math::{Bounds, Vec3};
-
-    #[test]
-    fn the_wide_tree_holds_every_item_once_within_its_boxes() {
-        let r = |i: u32| math::hash::unit_f32(math::hash::mix32(i));
-        let boxes: Vec<Bounds> = (0..3000)
-            .map(|i| {
-                let p = Vec3::new(r(3 * i), r(3 * i + 1), r(3 * i + 2));
-                Bounds { min: p, max: p + 0.02 }
-            })
-            .collect();
-        let mut items: Vec<Item> = boxes.iter().zip(0..).map(|(b, i)| Item::new(b, i, 0)).collect();
-        let nodes = sah::build(&mut items, sah::Split::Binned);
-        let cost = LeafCost { max_items: 8, fixed: 1.0, per_item: 0.0 };
-        let plans = plan(&nodes, &cost);
-        let mut leaves: Vec<Vec<u32>> = Vec::new();
-        let tree = emit(&nodes, &plans, &items, size(&nodes, &plans), &mut |leaf| {
-            leaves.push(leaf.iter().map(Item::id).collect());
-            ChildRef::block(leaves.len() - 1)
-        });
-        let mut seen = vec![0; boxes.len()];
-        let mut stack = vec![(tree.root, Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY })];
-        while let Some((r, within)) = stack.pop() {
-            if r.is_node() {
-                let node = &tree.nodes[r.index()];
-                for lane in (0..NODE).filter(|&l| node.children[l] != ChildRef::EMPTY) {
-                    let at = |i: usize| Vec3::from_array(std::array::from_fn(|a| node.planes[a][i][lane]));
-                    let b = Bounds { min: at(0), max: at(1) };
-                    assert!(b.min.cmpge(within.min).all() && b.max.cmple(within.max).all());
-                    stack.push((node.children[lane], b));
-                }
-            } else {
-                assert!(leaves[r.index()].len() <= 8);
-                for &id in &leaves[r.index()] {
-                    let b = &boxes[id as usize];
-                    assert!(b.min.cmpge(within.min).all() && b.max.cmple(within.max).all());
-                    seen[id as usize] += 1;
-                }
-            }
-        }
-        assert!(seen.iter().all(|&n| n == 1));
-        let size = size(&nodes, &plans);
-        assert!(size.depth < 12 && size.nodes == tree.nodes.len());
-    }
+    let flat = |quads: [Vec4; NODE / 4]| {
+        let mut all = [0.0; NODE];
+        all.as_chunks_mut().0.iter_mut().zip(quads).for_each(|(to, q)| *to = q.to_array());
+        all
+    };
+    (flat(best), flat(roots))
 }

@@ -1,15 +1,13 @@
-//! A binary tree from the top down, by the surface area heuristic over bins of centres [Wald2007].
-//!
-//! Subtrees are built by all threads; the tree does not depend on how many there are.
+//! A binary tree from the top down, by the surface area heuristic over bins of centres [Wald2007]; a few items are joined
+//! from the bottom up.
 
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 use rayon::prelude::*;
 
 use super::binary::{BinaryNode, Box4, Item};
+use super::few;
 
 const BINS: usize = 32;
-/// Smaller subtrees are not worth a task.
-const TASK: usize = 2048;
 /// Larger sets are binned by several tasks.
 const CHUNK: usize = 1 << 16;
 
@@ -20,38 +18,68 @@ pub(crate) enum Split {
     Halves,
 }
 
-/// Reorders the items and returns the nodes in preorder.
-pub(crate) fn build(items: &mut [Item], split: Split) -> Vec<BinaryNode> {
-    let mut nodes = vec![BinaryNode::NONE; 2 * items.len() - 1];
-    subtree(items, &mut nodes, split);
-    nodes
+/// Reorders the items and writes the nodes of a tree over them in preorder, one fewer than there are items.
+pub(crate) fn build(items: &mut [Item], nodes: &mut [BinaryNode], split: Split) {
+    subtree(Part { items, nodes, at: 0, first: 0 }, split);
 }
 
-fn subtree(items: &mut [Item], nodes: &mut [BinaryNode], split: Split) {
+/// Items and room for the nodes over them, with the place of both in the whole.
+struct Part<'a> {
+    items: &'a mut [Item],
+    nodes: &'a mut [BinaryNode],
+    at: usize,
+    first: usize,
+}
+
+fn subtree(part: Part<'_>, split: Split) {
+    let Part { items, nodes, at, first } = part;
+    match items.len() {
+        0 | 1 => return,
+        2..=few::MOST if split == Split::Binned => return few::join(items, nodes, at, first),
+        _ => {}
+    }
+    let (bounds, left) = divide(items, split);
+    let right = items.len() - left;
+    let (here, below) = nodes.split_at_mut(1);
+    here[0] = BinaryNode::in_preorder(&bounds, at, first, [left, right]);
+    let (left_items, right_items) = items.split_at_mut(left);
+    let (left_nodes, right_nodes) = below.split_at_mut(left - 1);
+    subtree(Part { items: left_items, nodes: left_nodes, at: at + 1, first }, split);
+    let right = Part { items: right_items, nodes: right_nodes, at: at + left, first: first + left };
+    subtree(right, split);
+}
+
+/// Divides the set into sets of at most `most` items: reorders the items, and returns a tree whose items are these sets.
+pub(crate) fn divide_into(items: &mut [Item], most: usize, split: Split) -> (Vec<BinaryNode>, Vec<usize>) {
+    if items.len() <= most {
+        return (Vec::new(), vec![items.len()]);
+    }
+    let (bounds, left) = divide(items, split);
+    let (left_items, right_items) = items.split_at_mut(left);
+    let (a, b) =
+        rayon::join(|| divide_into(left_items, most, split), || divide_into(right_items, most, split));
+    let sizes = [a.1.len(), b.1.len()];
+    let mut nodes = vec![BinaryNode::in_preorder(&bounds, 0, 0, sizes)];
+    let mut append = |below: &[BinaryNode], at: usize, first: usize| {
+        nodes.extend(below.iter().map(|node| node.offset(at, first)));
+    };
+    append(&a.0, 1, 0);
+    append(&b.0, sizes[0], sizes[0]);
+    (nodes, [a.1, b.1].concat())
+}
+
+/// Moves one side of the set to the front; returns its box and how many they are.
+fn divide(items: &mut [Item], split: Split) -> (Box4, usize) {
     let (bounds, centers) = extent(items);
-    nodes[0] = BinaryNode { bounds, count: items.len() as u32 };
-    if items.len() == 1 {
-        return;
-    }
-    // Small sets need few bins, and clearing more than they need would be most of the work.
-    let plane = match (split, items.len()) {
-        (Split::Halves, _) | (_, 2) => None,
-        (Split::Binned, ..=8) => best_split::<8>(items, &centers),
-        (Split::Binned, ..=24) => best_split::<16>(items, &centers),
-        (Split::Binned, _) => best_split::<BINS>(items, &centers),
+    let plane = match split {
+        Split::Halves => None,
+        Split::Binned => best_split(items, &centers),
     };
-    let at = match plane {
-        Some(plane) => plane.partition(items),
-        None => halve(items, &centers),
-    };
-    let (left_items, right_items) = items.split_at_mut(at);
-    let (left, right) = nodes[1..].split_at_mut(2 * at - 1);
-    if left_items.len() + right_items.len() > TASK {
-        rayon::join(|| subtree(left_items, left, split), || subtree(right_items, right, split));
-    } else {
-        subtree(left_items, left, split);
-        subtree(right_items, right, split);
+    let left = plane.map_or(0, |plane| plane.partition(items));
+    if left == 0 || left == items.len() {
+        return (bounds, halve(items, &centers));
     }
+    (bounds, left)
 }
 
 /// The box of the items, and of their (doubled) centres.
@@ -82,77 +110,109 @@ fn halve(items: &mut [Item], centers: &Box4) -> usize {
 struct Grid {
     low: Vec4,
     scale: Vec4,
+    /// Axes along which the centres differ.
+    axes: [bool; 3],
     bins: usize,
 }
 
+/// Added to a number below 2²², it leaves the nearest integer in the low bits.
+const ROUND: f32 = 12_582_912.0;
+
 impl Grid {
-    fn new(centers: &Box4, n: usize, most: usize) -> Self {
+    fn new(centers: &Box4, n: usize) -> Self {
+        // Small sets need few bins, and clearing more than they need would be most of the work.
+        let most = if n <= 24 { BINS / 2 } else { BINS };
         let bins = (n / 2 + 4).min(most);
         let d = centers.max - centers.min;
-        let inv = |x: f32| if x > 1e-30 { bins as f32 * 0.9999 / x } else { 0.0 };
-        Self { low: centers.min, scale: Vec4::new(inv(d.x), inv(d.y), inv(d.z), 0.0), bins }
+        let axes = [d.x, d.y, d.z].map(|x| x > 1e-30);
+        // Positions go from 0 to almost `bins`; half less, the nearest integer is the bin.
+        let inv = |x: f32| if x > 1e-30 { bins as f32 * 0.999 / x } else { 0.0 };
+        Self { low: centers.min, scale: Vec4::new(inv(d.x), inv(d.y), inv(d.z), 0.0), axes, bins }
     }
 
-    #[inline]
+    #[inline(always)]
     fn bins_of(&self, item: &Item) -> [usize; 3] {
-        let b = (item.center2() - self.low) * self.scale;
-        let last = self.bins - 1;
-        [(b.x as usize).min(last), (b.y as usize).min(last), (b.z as usize).min(last)]
+        let b = ((item.center2() - self.low) * self.scale - Vec4::splat(0.4995)) + Vec4::splat(ROUND);
+        [b.x, b.y, b.z].map(|x| x.to_bits() as usize % BINS)
     }
 }
 
 #[derive(Clone)]
-struct Histogram<const N: usize> {
-    boxes: [[Box4; N]; 3],
-    counts: [[u32; N]; 3],
+struct Histogram {
+    boxes: [[Box4; 3]; BINS],
+    counts: [[f32; 4]; BINS],
 }
 
-impl<const N: usize> Histogram<N> {
-    const EMPTY: Self = Self { boxes: [[Box4::EMPTY; N]; 3], counts: [[0; N]; 3] };
-
+impl Histogram {
     fn of(items: &[Item], grid: &Grid) -> Self {
-        let mut h = Self::EMPTY;
+        let mut h = Self { boxes: [[Box4::EMPTY; 3]; BINS], counts: [[0.0; 4]; BINS] };
         for item in items {
-            let bins = grid.bins_of(item);
-            for (axis, &bin) in bins.iter().enumerate() {
-                h.boxes[axis][bin] = h.boxes[axis][bin].union(item.bounds());
-                h.counts[axis][bin] += 1;
+            for (axis, bin) in grid.bins_of(item).into_iter().enumerate() {
+                h.boxes[bin][axis] = h.boxes[bin][axis].union(item.bounds());
+                h.counts[bin][axis] += 1.0;
             }
         }
         h
     }
 
     fn merge(mut self, other: &Self) -> Self {
-        for axis in 0..3 {
-            for bin in 0..N {
-                self.boxes[axis][bin] = self.boxes[axis][bin].union(other.boxes[axis][bin]);
-                self.counts[axis][bin] += other.counts[axis][bin];
+        for bin in 0..BINS {
+            for axis in 0..3 {
+                self.boxes[bin][axis] = self.boxes[bin][axis].union(other.boxes[bin][axis]);
+                self.counts[bin][axis] += other.counts[bin][axis];
             }
         }
         self
     }
 
-    /// Cheapest last bin of the left side along one axis, with its cost.
-    fn sweep(&self, axis: usize, bins: usize) -> Option<(f32, usize)> {
-        let (boxes, counts) = (&self.boxes[axis], &self.counts[axis]);
-        let mut right_cost = [0.0; N];
-        let (mut b, mut n) = (Box4::EMPTY, 0);
-        for i in (1..bins).rev() {
-            b = b.union(boxes[i]);
-            n += counts[i];
-            right_cost[i - 1] = if n == 0 { f32::INFINITY } else { b.half_area() * n as f32 };
+    /// Cheapest axis and last bin of the left side.
+    fn sweep(&self, grid: &Grid) -> Option<(usize, usize)> {
+        let mut right = [Vec4::ZERO; BINS];
+        let (mut b, mut n) = ([Box4::EMPTY; 3], Vec4::ZERO);
+        for i in (1..grid.bins).rev() {
+            (b, n) = self.with(i, b, n);
+            right[i - 1] = half_areas(&b) * n;
         }
-        let (mut b, mut n, mut best) = (Box4::EMPTY, 0, None);
-        for i in 0..bins - 1 {
-            b = b.union(boxes[i]);
-            n += counts[i];
-            let cost = b.half_area() * n as f32 + right_cost[i];
-            if n > 0 && cost.is_finite() && best.is_none_or(|(c, _)| cost < c) {
-                best = Some((cost, i));
+        let (mut b, mut n) = ([Box4::EMPTY; 3], Vec4::ZERO);
+        let (mut best, mut at) = (Vec4::INFINITY, [0_usize; 3]);
+        for (i, &right) in right[..grid.bins - 1].iter().enumerate() {
+            (b, n) = self.with(i, b, n);
+            let cost = half_areas(&b) * n + right;
+            let less = cost.cmplt(best).bitmask();
+            best = best.min(cost);
+            for (axis, at) in at.iter_mut().enumerate() {
+                *at = if less >> axis & 1 != 0 { i } else { *at };
             }
         }
-        best
+        let mut found = None;
+        let mut least = f32::INFINITY;
+        for axis in 0..3 {
+            if grid.axes[axis] && best[axis] < least {
+                (least, found) = (best[axis], Some((axis, at[axis])));
+            }
+        }
+        found
     }
+
+    #[inline]
+    fn with(&self, i: usize, b: [Box4; 3], n: Vec4) -> ([Box4; 3], Vec4) {
+        let here = &self.boxes[i];
+        (
+            [b[0].union(here[0]), b[1].union(here[1]), b[2].union(here[2])],
+            n + Vec4::from_array(self.counts[i]),
+        )
+    }
+}
+
+/// Half the surface of each.
+#[inline]
+fn half_areas(b: &[Box4; 3]) -> Vec4 {
+    let products = |b: &Box4| {
+        let d = b.max - b.min;
+        d * Vec4::new(d.y, d.z, d.x, d.w)
+    };
+    let t = Mat4::from_cols(products(&b[0]), products(&b[1]), products(&b[2]), Vec4::ZERO).transpose();
+    t.x_axis + t.y_axis + t.z_axis
 }
 
 /// A plane between bins.
@@ -162,23 +222,15 @@ struct Plane {
     last_left: usize,
 }
 
-fn best_split<const N: usize>(items: &[Item], centers: &Box4) -> Option<Plane> {
-    let grid = Grid::new(centers, items.len(), N);
+fn best_split(items: &[Item], centers: &Box4) -> Option<Plane> {
+    let grid = Grid::new(centers, items.len());
     let histogram = if items.len() <= CHUNK {
-        Histogram::<N>::of(items, &grid)
+        Histogram::of(items, &grid)
     } else {
-        let parts = items.par_chunks(CHUNK / 4).map(|c| Histogram::<N>::of(c, &grid));
-        parts.reduce(|| Histogram::<N>::EMPTY, |a, b| a.merge(&b))
+        let parts: Vec<_> = items.par_chunks(CHUNK / 4).map(|c| Histogram::of(c, &grid)).collect();
+        parts.iter().skip(1).fold(parts[0].clone(), Histogram::merge)
     };
-    let mut best: Option<(f32, Plane)> = None;
-    for axis in 0..3 {
-        if let Some((cost, last_left)) = histogram.sweep(axis, grid.bins)
-            && best.as_ref().is_none_or(|(c, _)| cost < *c)
-        {
-            best = Some((cost, Plane { grid, axis, last_left }));
-        }
-    }
-    best.map(|(_, plane)| plane)
+    histogram.sweep(&grid).map(|(axis, last_left)| Plane { grid, axis, last_left })
 }
 
 impl Plane {
@@ -203,38 +255,30 @@ impl Plane {
 
 #[cfg(test)]
 mod tests {
-    use super::super::binary::children;
+    use super::super::binary::Place;
+    use super::super::binary::tests::{boxes, check};
     use super::*;
     use math::{Bounds, Vec3};
 
-    fn check(nodes: &[BinaryNode], items: &[Item]) {
-        assert_eq!((nodes.len(), nodes[0].count as usize), (2 * items.len() - 1, items.len()));
-        if items.len() > 1 {
-            let (l, r) = children(nodes);
-            let n = nodes[1].count as usize;
-            check(&nodes[l..r], &items[..n]);
-            check(&nodes[r..], &items[n..]);
-        }
-        let (bounds, _) = extent(items);
-        assert_eq!(bounds.to_bounds(), nodes[0].bounds.to_bounds());
+    fn over(items: &mut [Item], split: Split) -> Vec<BinaryNode> {
+        let mut nodes = vec![BinaryNode::NONE; items.len() - 1];
+        build(items, &mut nodes, split);
+        nodes
+    }
+
+    fn root(items: &[Item]) -> Place {
+        if items.len() == 1 { Place::item(0) } else { Place::node(0) }
     }
 
     #[test]
-    fn every_subtree_is_a_slice_of_nodes_and_items() {
-        for n in [1_u32, 2, 3, 100, 5000] {
+    fn every_subtree_is_a_slice_of_items() {
+        for n in [1_u32, 2, 3, 8, 9, 100, 5000] {
             for split in [Split::Binned, Split::Halves] {
-                let r = |i: u32| math::hash::unit_f32(math::hash::mix32(i));
-                let mut items: Vec<Item> = (0..n)
-                    .map(|i| {
-                        let p = Vec3::new(r(3 * i), r(3 * i + 1), r(3 * i + 2));
-                        Item::new(&Bounds { min: p, max: p + 0.01 }, i, 0)
-                    })
-                    .collect();
-                let nodes = build(&mut items, split);
-                check(&nodes, &items);
-                let mut ids: Vec<u32> = items.iter().map(Item::id).collect();
-                ids.sort_unstable();
-                assert!(ids.iter().copied().eq(0..n));
+                for grid in [false, true] {
+                    let mut items = boxes(n, grid);
+                    let nodes = over(&mut items, split);
+                    check(root(&items), &nodes, &items);
+                }
             }
         }
     }
@@ -243,6 +287,7 @@ mod tests {
     fn equal_boxes_are_halved() {
         let b = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
         let mut items: Vec<Item> = (0..1000).map(|i| Item::new(&b, i, 0)).collect();
-        check(&build(&mut items, Split::Binned), &items);
+        let nodes = over(&mut items, Split::Binned);
+        check(root(&items), &nodes, &items);
     }
 }

@@ -6,6 +6,8 @@
 //! | [`TriBlock`] | 320 | up to eight triangles, by coordinate, and their item numbers |
 //! | [`MixedLeaf`] | 12 | a block and a range of other primitives |
 
+use rayon::prelude::*;
+
 use crate::primitive::Corners;
 
 /// Children of a node.
@@ -117,6 +119,26 @@ pub(crate) struct WideTree {
     pub(crate) root: ChildRef,
     /// Expected cost of a random ray (in node visits), by the surface area heuristic.
     pub(crate) cost: f32,
+}
+
+impl Default for WideTree {
+    /// Nothing in it.
+    fn default() -> Self {
+        Self { nodes: Vec::new(), root: ChildRef::EMPTY, cost: 0.0 }
+    }
+}
+
+impl WideTree {
+    /// Refers to what `of` says in place of the blocks of these numbers.
+    pub(crate) fn refer(&mut self, of: impl Fn(usize) -> ChildRef + Sync) {
+        let change = |r: &mut ChildRef| {
+            if r.is_block() {
+                *r = of(r.index());
+            }
+        };
+        self.nodes.par_iter_mut().for_each(|node| node.children.iter_mut().for_each(change));
+        change(&mut self.root);
+    }
 }
 
 #[cfg(test)]
