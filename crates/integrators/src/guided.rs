@@ -72,7 +72,7 @@ fn parameters() -> Vec<ParameterInfo> {
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let estimator = Path {
         max_depth: p.limit("max_depth"),
-        roulette: Roulette { rr_depth: p.integer("rr_depth") },
+        roulette: Roulette::from(p.integer("rr_depth")),
         lights: Some(LightStrategy::Mis(shared::heuristic(p))),
         directions: DirectionSampling::Bsdf,
         equiangular: p.bool(EQUIANGULAR.name),
@@ -236,7 +236,7 @@ mod tests {
     fn guided(training: u64) -> Guided {
         let estimator = Path {
             max_depth: 3,
-            roulette: Roulette { rr_depth: 3 },
+            roulette: Roulette::from(3),
             lights: None,
             directions: DirectionSampling::Bsdf,
             equiangular: false,

@@ -36,7 +36,7 @@ fn parameters() -> Vec<ParameterInfo> {
 }
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
-    let roulette = Roulette { rr_depth: p.integer("rr_depth") };
+    let roulette = Roulette::from(p.integer("rr_depth"));
     let sampler = sampler_of(making.sampler, making.seed);
     let directly = PixelLoop {
         estimator: Path {

@@ -80,7 +80,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     };
     let estimator = Path {
         max_depth: p.limit("max_depth"),
-        roulette: Roulette { rr_depth: p.integer("rr_depth") },
+        roulette: Roulette::patient(p.integer("rr_depth")),
         lights,
         directions: DirectionSampling::from_name(p.text("sampling")),
         equiangular: p.bool(EQUIANGULAR.name),

@@ -63,7 +63,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         branching: p.counts("branching"),
         directions: DirectionSampling::from_name(p.text("sampling")),
         max_depth: p.limit("max_depth"),
-        roulette: Roulette { rr_depth: p.integer("rr_depth") },
+        roulette: Roulette::from(p.integer("rr_depth")),
         shadow_rays: p.bool("shadow_rays"),
     };
     Box::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) })

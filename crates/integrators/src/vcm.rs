@@ -72,7 +72,7 @@ fn techniques(mode: &str) -> Techniques {
 
 fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let sampler = sampler_of(making.sampler, making.seed);
-    let (max_depth, roulette) = (p.limit("max_depth"), Roulette { rr_depth: p.integer("rr_depth") });
+    let (max_depth, roulette) = (p.limit("max_depth"), Roulette::from(p.integer("rr_depth")));
     let techniques = techniques(p.text("mode"));
     let merging = (techniques.merges != Merges::Nowhere).then(|| Merging {
         sampler: sampler.clone(),

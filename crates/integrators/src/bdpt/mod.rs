@@ -69,7 +69,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let longest = manifold.as_ref().map_or(0, |m| m.longest);
     Box::new(Bidirectional {
         max_depth: p.limit("max_depth"),
-        roulette: Roulette { rr_depth: p.integer("rr_depth") },
+        roulette: Roulette::from(p.integer("rr_depth")),
         weighting: Weighting { manifold: longest, ..weighting(making.scene, shared::heuristic(p)) },
         layers: (p.text("show") == "strategies").then(|| {
             let depth = p.limit("max_depth").min(p.integer("show_depth")).min(MOST_SHOWN);
@@ -382,7 +382,7 @@ mod tests {
         let mut sampler = Sampler::new(sampling::SamplerKind::Independent, 5);
         let (mut paths, mut counters) = (Subpaths::default(), Counters::default());
         let walks =
-            Walks { scene, lengths: [depth + 1; 2], roulette: Roulette { rr_depth: u32::MAX }, shared: None };
+            Walks { scene, lengths: [depth + 1; 2], roulette: Roulette::from(u32::MAX), shared: None };
         let mut moments = vec![Moments::default(); depth + 3];
         for batch in 0..batches {
             let mut sums = vec![0.0; depth + 3];

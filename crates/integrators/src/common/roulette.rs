@@ -8,6 +8,8 @@ use spectrum::Spectrum;
 pub(crate) struct Roulette {
     /// Never before this many scattering events.
     pub(crate) rr_depth: u32,
+    /// What the throughput is multiplied by to become the chance to go on.
+    pub(crate) patience: f32,
 }
 
 /// From this many scattering events on, even a path that loses nothing may end: between perfect mirrors, and without a limit
@@ -17,6 +19,18 @@ const ENDLESS: u32 = 64;
 const ENDLESS_IN_MEDIA: u32 = 4096;
 
 impl Roulette {
+    /// The chance is the throughput: survivors carry no more than others began with.
+    pub(crate) fn from(rr_depth: u32) -> Self {
+        Self { rr_depth, patience: 1.0 }
+    }
+
+    /// For a walk whose vertices cost alike, such as those of `path`: it ends when it carries less than a third. The best chance is
+    /// in proportion to the throughput, by a factor that grows where samples differ little from their pixel [Rath2022]; decision 0270
+    /// has what other factors cost.
+    pub(crate) fn patient(rr_depth: u32) -> Self {
+        Self { rr_depth, patience: 3.0 }
+    }
+
     /// The depth to ask with after a collision in a medium: long walks there come out in the end.
     pub(crate) fn depth_in_medium(depth: u32) -> u32 {
         if depth < ENDLESS_IN_MEDIA { depth.min(ENDLESS - 1) } else { depth }
@@ -52,7 +66,11 @@ impl Roulette {
     /// The chance to go on.
     fn chance(self, depth: u32, throughput: Spectrum, eta_scale: f32) -> f32 {
         let most = if depth < ENDLESS { 1.0 } else { 0.95 };
-        if depth < self.rr_depth { 1.0 } else { (throughput.max_component() * eta_scale).min(most) }
+        if depth < self.rr_depth {
+            1.0
+        } else {
+            (throughput.max_component() * eta_scale * self.patience).min(most)
+        }
     }
 }
 
@@ -66,7 +84,7 @@ mod tests {
 
     #[test]
     fn survivors_carry_what_the_others_lost() {
-        let roulette = Roulette { rr_depth: 2 };
+        let roulette = Roulette::from(2);
         let n = 1000;
         for (depth, throughput, q) in [(3, 0.25, 0.25), (ENDLESS, 1.0, 0.95)] {
             let chance = roulette.chance(depth, Spectrum::splat(throughput), 1.0);
@@ -76,12 +94,14 @@ mod tests {
         }
         assert_eq!(roulette.chance(1, Spectrum::splat(0.01), 1.0), 1.0, "too early");
         assert_eq!(roulette.chance(9, Spectrum::splat(0.5), 4.0), 1.0, "light in glass");
+        let patient = Roulette::patient(2);
+        assert_eq!([0.4, 0.25].map(|t| patient.chance(3, Spectrum::splat(t), 1.0)), [1.0, 0.75]);
     }
 
     #[test]
     fn a_number_is_taken_whether_it_is_looked_at_or_not() {
         let mut sampler = Sampler::new(sampling::SamplerKind::Sobol, 1);
-        let roulette = Roulette { rr_depth: 2 };
+        let roulette = Roulette::from(2);
         for depth in [0, 5] {
             sampler.start([1, 2], 3);
             let _ = roulette.survive(depth, Spectrum::splat(0.5), 1.0, &mut sampler);

@@ -97,7 +97,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         has_others: scene.has_media() || !scene.materials.are_all_lambertian(),
     };
     let heuristic = shared::heuristic(p);
-    let roulette = Roulette { rr_depth: p.integer("rr_depth") };
+    let roulette = Roulette::from(p.integer("rr_depth"));
     let shortcut = Interpolation { settings, caches: Vec::new() };
     let sampler = sampler_of(making.sampler, making.seed);
     let estimator = path(settings.max_depth, roulette, heuristic, shortcut);

@@ -101,7 +101,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     };
     let estimator = Path {
         max_depth: p.limit("max_depth"),
-        roulette: Roulette { rr_depth: p.integer("rr_depth") },
+        roulette: Roulette::from(p.integer("rr_depth")),
         lights: Some(LightStrategy::Mis(shared::heuristic(p))),
         directions: DirectionSampling::Bsdf,
         equiangular: false,

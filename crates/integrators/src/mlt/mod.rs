@@ -85,7 +85,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
     let directly = PixelLoop {
         estimator: Path {
             max_depth: 0,
-            roulette: Roulette { rr_depth: 0 },
+            roulette: Roulette::from(0),
             lights: None,
             directions: DirectionSampling::Bsdf,
             equiangular: false,

@@ -130,7 +130,7 @@ impl<'a> Target<'a> {
         };
         self.raster = place_in(&scene.settings().sample_bounds(), sampler.next_2d());
         let lengths = lengths.map(|n| n as usize);
-        let walks = Walks { scene, lengths, roulette: Roulette { rr_depth: u32::MAX }, shared: None };
+        let walks = Walks { scene, lengths, roulette: Roulette::from(u32::MAX), shared: None };
         let Self { wl, counters, paths, .. } = self;
         walks.eye(self.raster, &mut sampler, wl, counters, paths);
         *eye = sampler.into_replayed();

@@ -115,7 +115,7 @@ impl PhotonMapping {
         let sampler = sampler_of(making.sampler, making.seed);
         let estimator = GatherWalk {
             max_depth: p.limit("max_depth"),
-            roulette: Roulette { rr_depth: p.integer("rr_depth") },
+            roulette: Roulette::from(p.integer("rr_depth")),
             at_diffuse,
             kernel: Kernel::of(p),
             radius: Radius::of(p, alpha),
