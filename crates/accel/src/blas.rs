@@ -112,13 +112,12 @@ impl Blas {
     pub fn build(geometries: &[Geometry<'_>], options: &BuildOptions) -> Result<Self, BuildError> {
         let mut blas = Self::default();
         let total = blas.number(geometries)?;
-        let mut items: Vec<Item> = Vec::with_capacity(total);
+        let mut items: Vec<Item> = memory::with_capacity(total);
         for (geometry, i) in geometries.iter().zip(0..) {
             blas.gather(geometry, i, &mut items)?;
         }
         blas.skipped = total - items.len();
-        blas.bounds = items.iter().fold(Bounds::EMPTY, |all, i| all.union(i.bounds().to_bounds()));
-
+        blas.bounds = build::bounds(&items);
         blas.reach = ray_space::reach(&blas.bounds);
 
         let (tree, leaves) = build::build(&mut items, options, &LEAF_COST);

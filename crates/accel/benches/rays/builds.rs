@@ -13,16 +13,18 @@ pub(crate) fn run(options: &Options, name: &str, scene: &Scene) {
     let n: usize = scene.meshes.iter().map(|m| m.indices.len()).sum();
     let most = rayon::current_num_threads();
     let threads: Vec<usize> = if most > 1 { vec![1, most] } else { vec![1] };
+    let pool = |&n: &usize| rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+    let pools: Vec<_> = threads.iter().map(pool).collect();
     println!("scene,triangles,tree,threads,s,CPU s,Mtri/s per core,cost,bytes per triangle,peak MiB");
     let kinds: Vec<TreeKind> = TreeKind::ALL
         .into_iter()
+        .filter(|t| *t != TreeKind::Halves)
         .filter(|t| options.only.as_ref().is_none_or(|only| format!("{t:?}").contains(only.as_str())))
         .collect();
     let mut best = vec![vec![[f64::INFINITY; 2]; threads.len()]; kinds.len() + 1];
     let mut notes = vec![String::new(); kinds.len() + 1];
     for _ in 0..options.rounds {
-        for (t, &threads) in threads.iter().enumerate() {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        for (t, (&threads, pool)) in threads.iter().zip(&pools).enumerate() {
             for (k, &tree) in kinds.iter().enumerate() {
                 let geometries = scene.geometries();
                 let (start, cpu) = (Instant::now(), cpu_seconds());

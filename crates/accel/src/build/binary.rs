@@ -24,12 +24,21 @@ impl Item {
         }
     }
 
-    pub(crate) fn id(&self) -> u32 {
-        self.min.w.to_bits() - ID_BASE
+    /// The same box with other numbers.
+    #[inline]
+    pub(crate) fn numbered(b: &Box4, id: u32, geometry: u32) -> Self {
+        let with = |v: Vec4, n: u32| Vec4::new(v.x, v.y, v.z, f32::from_bits(ID_BASE.wrapping_add(n)));
+        Self { min: with(b.min, id), max: with(b.max, geometry) }
     }
 
+    #[inline]
+    pub(crate) fn id(&self) -> u32 {
+        self.min.w.to_bits().wrapping_sub(ID_BASE)
+    }
+
+    #[inline]
     pub(crate) fn geometry(&self) -> u32 {
-        self.max.w.to_bits() - ID_BASE
+        self.max.w.to_bits().wrapping_sub(ID_BASE)
     }
 
     #[inline]

@@ -14,23 +14,31 @@ use super::LeafCost;
 use super::binary::{BinaryNode, Place};
 use crate::layout::NODE;
 
-/// `C(n, i + 1)` of one subtree; the last entry is not used.
+/// `C(n, i + 1)` of one subtree, after as many infinities: so a slice that begins earlier is of fewer roots. The last entry
+/// is not used.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Costs([f32; NODE]);
+pub(crate) struct Costs([f32; 2 * NODE]);
 
 impl Costs {
-    pub(crate) const NONE: Self = Self([0.0; NODE]);
+    const NONE: Self = Self([f32::INFINITY; 2 * NODE]);
 
-    /// The same for any number of roots: a single item.
+    /// The same for any number of roots.
     #[inline]
-    pub(crate) fn flat(cost: f32) -> Self {
-        Self([cost; NODE])
+    fn set_flat(&mut self, cost: f32) {
+        self.0[NODE..].fill(cost);
+    }
+
+    #[inline]
+    fn flat(cost: f32) -> Self {
+        let mut costs = Self::NONE;
+        costs.set_flat(cost);
+        costs
     }
 
     /// The cost of the whole subtree, times its area.
     pub(crate) fn total(&self) -> f32 {
-        self.0[0]
+        self.0[NODE]
     }
 }
 
@@ -55,74 +63,116 @@ impl Plan {
     }
 }
 
-/// Plans all nodes, which are in preorder, and returns the costs of the whole. `leaf` knows those of the items.
-pub(crate) fn plan(
+/// What a tree is made of: an item, or a tree of items.
+#[derive(Clone, Copy)]
+pub(crate) enum Part<'a> {
+    /// Its cost.
+    Item(f32),
+    /// Its costs, and how many items it has.
+    Tree(&'a Costs, usize),
+}
+
+impl Part<'_> {
+    /// The costs of a tree that is nothing else.
+    pub(crate) fn costs(self) -> Costs {
+        match self {
+            Self::Item(cost) => Costs::flat(cost),
+            Self::Tree(costs, _) => *costs,
+        }
+    }
+}
+
+/// Plans all nodes, which are in preorder, and returns the costs of the whole. `leaf` knows what the tree is made of.
+pub(crate) fn plan<'a>(
     nodes: &mut [BinaryNode],
     cost: &LeafCost,
     scratch: &mut Vec<Costs>,
-    leaf: impl Fn(usize) -> Side,
+    leaf: impl Fn(usize) -> Part<'a>,
 ) -> Costs {
-    scratch.clear();
-    scratch.resize(nodes.len(), Costs::NONE);
+    if scratch.len() < nodes.len() {
+        scratch.resize(nodes.len(), Costs::NONE);
+    }
     for at in (0..nodes.len()).rev() {
-        let node = &nodes[at];
-        let side = |p: Place| match p.index() {
+        let (until, after) = scratch.split_at_mut(at + 1);
+        let part = |p: Place| match p.index() {
             item if p.is_item() => leaf(item),
-            node => Side { costs: scratch[node], count: nodes[node].count as usize },
+            node => Part::Tree(&after[node - at - 1], nodes[node].count as usize),
         };
-        let sides = node.children.map(side);
+        let node = &nodes[at];
         let area = node.half_area();
         let as_leaf = (node.count as usize <= cost.max_items).then_some(area * cost.fixed);
-        (scratch[at], nodes[at].plan) = combine(&sides, area, as_leaf);
+        let (left, right) = (part(node.children[0]), part(node.children[1]));
+        let to = &mut until[at];
+        nodes[at].plan = match (left, right) {
+            (Part::Item(a), Part::Item(b)) => pair(a + b, area, as_leaf, to),
+            (Part::Item(a), Part::Tree(many, n)) => {
+                combine([(&Costs::flat(a), 1), (many, n)], true, area, as_leaf, to)
+            }
+            (Part::Tree(many, n), Part::Item(b)) => {
+                combine([(&Costs::flat(b), 1), (many, n)], false, area, as_leaf, to)
+            }
+            (Part::Tree(a, n), Part::Tree(b, m)) if n <= m => {
+                combine([(a, n), (b, m)], true, area, as_leaf, to)
+            }
+            (Part::Tree(a, n), Part::Tree(b, m)) => combine([(b, m), (a, n)], false, area, as_leaf, to),
+        };
     }
-    scratch.first().copied().unwrap_or_else(|| leaf(0).costs)
+    if nodes.is_empty() { leaf(0).costs() } else { scratch[0] }
 }
 
-/// One child.
-pub(crate) struct Side {
-    pub(crate) costs: Costs,
-    /// Items.
-    pub(crate) count: usize,
+/// The cost of one root, and is it a leaf?
+#[inline]
+fn one_root(as_node: f32, as_leaf: Option<f32>) -> (f32, u64) {
+    match as_leaf {
+        Some(leaf) if leaf <= as_node => (leaf, Plan::LEAF),
+        _ => (as_node, 0),
+    }
 }
 
-fn combine(sides: &[Side; 2], area: f32, leaf: Option<f32>) -> (Costs, Plan) {
-    let [left, right] = sides;
-    let is_left_smaller = left.count <= right.count;
-    let (few, many) = if is_left_smaller { (left, right) } else { (right, left) };
-    let (best, roots_of_few) = distribute(few, many);
+/// Plans a node over two items.
+fn pair(both: f32, area: f32, as_leaf: Option<f32>, to: &mut Costs) -> Plan {
+    let (one, flag) = one_root(area + both, as_leaf);
+    to.set_flat(one.min(both));
+    to.0[NODE] = one;
+    // One root goes to the left where there are two, and as the children of a node.
+    Plan(flag | u64::from(both < one) | 1 << (4 * (NODE - 2)))
+}
+
+/// Plans a node over two trees of so many items, the smaller first.
+fn combine(
+    [few, many]: [(&Costs, usize); 2],
+    is_left_smaller: bool,
+    area: f32,
+    as_leaf: Option<f32>,
+    to: &mut Costs,
+) -> Plan {
+    let (best, roots_of_few) = distribute(few, many.0);
     let of_left = |roots: usize| {
         let few = roots_of_few[roots - 1] as u64;
         if is_left_smaller { few } else { roots as u64 - few }
     };
-    let mut costs = [0.0; NODE];
-    let mut plan = of_left(NODE) << (4 * (NODE - 2));
-    costs[0] = area + best[NODE - 1];
-    if let Some(leaf) = leaf
-        && leaf <= costs[0]
-    {
-        costs[0] = leaf;
-        plan |= Plan::LEAF;
-    }
-    let most = (left.count + right.count).min(NODE - 1);
+    let (one, flag) = one_root(area + best[NODE - 1], as_leaf);
+    let mut plan = flag | of_left(NODE) << (4 * (NODE - 2));
+    let most = (few.1 + many.1).min(NODE - 1);
+    let mut least = one;
+    to.0[NODE] = one;
     for roots in 2..=most {
-        let (c, fewer) = (best[roots - 1], costs[roots - 2]);
-        costs[roots - 1] = if c < fewer { c } else { fewer };
-        plan |= if c < fewer { of_left(roots) << (4 * (roots - 2)) } else { 0 };
+        let c = best[roots - 1];
+        plan |= if c < least { of_left(roots) << (4 * (roots - 2)) } else { 0 };
+        least = if c < least { c } else { least };
+        to.0[NODE + roots - 1] = least;
     }
-    let last = costs[most - 1];
-    costs[most..].fill(last);
-    (Costs(costs), Plan(plan))
+    to.0[NODE + most..].fill(least);
+    Plan(plan)
 }
 
 /// For each number of roots less one: the least cost, and how many of them are the smaller side's.
 #[inline]
-fn distribute(few: &Side, many: &Side) -> ([f32; NODE], [f32; NODE]) {
-    let mut padded = [f32::INFINITY; 2 * NODE];
-    padded[NODE..].copy_from_slice(&many.costs.0);
+fn distribute((few, count): (&Costs, usize), many: &Costs) -> ([f32; NODE], [f32; NODE]) {
     let (mut best, mut roots) = ([Vec4::INFINITY; NODE / 4], [Vec4::ONE; NODE / 4]);
-    for k in 1..=few.count.min(NODE - 1) {
-        let (here, k_here) = (Vec4::splat(few.costs.0[k - 1]), Vec4::splat(k as f32));
-        let others = &padded[NODE - k..2 * NODE - k];
+    for k in 1..=count.min(NODE - 1) {
+        let (here, k_here) = (Vec4::splat(few.0[NODE + k - 1]), Vec4::splat(k as f32));
+        let others = &many.0[NODE - k..2 * NODE - k];
         for ((best, roots), other) in best.iter_mut().zip(&mut roots).zip(others.as_chunks().0) {
             let c = here + Vec4::from_array(*other);
             *roots = Vec4::select(c.cmplt(*best), k_here, *roots);

@@ -77,13 +77,19 @@ impl Reader<'_> {
         d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
     }
 
-    /// The children of the wide node at `p`, the smallest first.
+    /// The children of the wide node at `p`.
     fn wide_children(&self, p: Place) -> Places {
         let node = &self.nodes[p.index()];
         let mut out = Places { places: [Place::node(0); NODE], len: 0 };
         let k = node.plan.left(NODE);
         self.roots(node.children[0], k, &mut out);
         self.roots(node.children[1], NODE - k, &mut out);
+        out
+    }
+
+    /// The same, the smallest first.
+    fn sorted_children(&self, p: Place) -> Places {
+        let mut out = self.wide_children(p);
         let mut areas = [0.0; NODE];
         for (area, &p) in areas.iter_mut().zip(out.as_slice()) {
             *area = self.half_area(p);
@@ -238,7 +244,7 @@ impl Big<'_> {
             self.chunks.push(Chunk { root: p, depth });
             return Target::Chunk(self.chunks.len() - 1);
         }
-        let (at, children) = (self.nodes.len(), self.reader.wide_children(p));
+        let (at, children) = (self.nodes.len(), self.reader.sorted_children(p));
         self.nodes.push((children, Vec::new()));
         let targets = children.as_slice().iter().map(|&c| self.visit(c, depth + 1)).collect();
         self.nodes[at].1 = targets;
@@ -266,7 +272,7 @@ impl Writer<'_> {
         }
         let at = self.at_node;
         self.at_node += 1;
-        let (reader, children) = (self.reader, self.reader.wide_children(p));
+        let (reader, children) = (self.reader, self.reader.sorted_children(p));
         self.nodes[at] = reader.node(&children, |child| self.write(child));
         ChildRef::node(self.first_node + at)
     }

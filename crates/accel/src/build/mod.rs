@@ -11,14 +11,16 @@ mod sah;
 pub(crate) use binary::Item;
 pub(crate) use emit::Leaf;
 
+use math::Bounds;
 use rayon::prelude::*;
 
-use binary::{BinaryNode, Place};
-use collapse::{Costs, Side};
+use binary::{BinaryNode, Box4, Place};
+use collapse::{Costs, Part};
 use emit::Reader;
 use ploc::{Merges, Subtree};
 use sah::Split;
 
+use crate::kernels::memory;
 use crate::layout::WideTree;
 
 /// Deeper trees would overrun the stack of the kernels; they are built anew by halving.
@@ -83,6 +85,12 @@ pub(crate) fn build(items: &mut [Item], options: &BuildOptions, cost: &LeafCost)
     emit::emit(reader, whole.root, whole.cost, usize::MAX).unwrap_or_default()
 }
 
+/// The box around all items.
+pub(crate) fn bounds(items: &[Item]) -> Bounds {
+    let of = |items: &[Item]| items.iter().fold(Box4::EMPTY, |all, i| all.union(i.bounds()));
+    items.par_chunks(1 << 14).map(of).reduce(|| Box4::EMPTY, Box4::union).to_bounds()
+}
+
 /// A binary tree with plans.
 struct Whole {
     nodes: Vec<BinaryNode>,
@@ -126,11 +134,13 @@ impl Whole {
     }
 
     fn from_top(items: &mut [Item], split: Split, cost: &LeafCost) -> Self {
-        let mut nodes = vec![BinaryNode::NONE; items.len()];
-        let (top, sizes) = sah::divide_into(items, SET, split);
+        let mut nodes = memory::filled(items.len(), BinaryNode::NONE);
+        let mut spare = memory::filled(items.len(), items[0]);
+        let (top, sizes) = sah::divide_into(items, &mut spare, SET, split);
         let jobs = jobs(items, &mut nodes, sizes.into_iter().map(|n| (n, ())));
-        let sets = jobs.into_par_iter().map_init(Vec::new, |scratch, job| {
-            sah::build(job.items, job.nodes, split);
+        let spare = || (vec![spare[0]; SET], Vec::new());
+        let sets = jobs.into_par_iter().map_init(spare, |(spare, scratch), job| {
+            sah::build(job.items, job.nodes, spare, split);
             job.plan(cost, scratch)
         });
         let sets = sets.collect();
@@ -138,7 +148,7 @@ impl Whole {
     }
 
     fn from_bottom(items: &mut [Item], cost: &LeafCost) -> Self {
-        let mut nodes = vec![BinaryNode::NONE; items.len()];
+        let mut nodes = memory::filled(items.len(), BinaryNode::NONE);
         let sorted = morton::sorted(items);
         let merges = Merges::of(&sorted);
         let (top, subtrees) = merges.divide_into(SET);
@@ -160,7 +170,7 @@ impl Whole {
             node.first = range[0].first as u32;
             node.count = range.iter().map(|s| s.count as u32).sum();
         }
-        let leaf = |s: usize| Side { costs: sets[s].costs, count: sets[s].count };
+        let leaf = |s: usize| Part::Tree(&sets[s].costs, sets[s].count);
         let total = collapse::plan(&mut top, cost, &mut Vec::new(), leaf).total();
         let at = nodes.len();
         let place = |c: Place| if c.is_item() { sets[c.index()].root() } else { c.offset(at) };
@@ -210,10 +220,7 @@ fn jobs<'a, T>(
 
 impl<T> Job<'_, T> {
     fn plan(self, cost: &LeafCost, scratch: &mut Vec<Costs>) -> Set {
-        let leaf = |i: usize| {
-            let area = self.items[i].bounds().half_area();
-            Side { costs: Costs::flat(area * cost.fixed), count: 1 }
-        };
+        let leaf = |i: usize| Part::Item(self.items[i].bounds().half_area() * cost.fixed);
         let costs = collapse::plan(self.nodes, cost, scratch, leaf);
         for node in self.nodes.iter_mut() {
             *node = node.offset(self.first, self.first);
@@ -227,7 +234,7 @@ mod tests {
     use super::binary::tests::boxes;
     use super::*;
     use crate::layout::{ChildRef, NODE};
-    use math::{Bounds, Vec3};
+    use math::Vec3;
 
     const COST: LeafCost = LeafCost { max_items: 8, fixed: 1.0 };
 

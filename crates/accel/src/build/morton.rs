@@ -4,6 +4,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use super::binary::{Box4, Item};
+use crate::kernels::memory;
 
 /// Items of one task.
 const CHUNK: usize = 1 << 14;
@@ -19,16 +20,16 @@ pub(crate) fn sorted(items: &[Item]) -> Vec<Item> {
     let d = centers.max - centers.min;
     // One scale for all axes: cells are cubes.
     let scale = 2_097_151.0 / d.x.max(d.y).max(d.z).max(1e-30);
-    let mut keys: Vec<Key> = items
-        .par_iter()
-        .zip(0..items.len() as u32)
-        .map(|(item, at)| {
-            let c: Vec4 = (item.center2() - centers.min) * scale;
-            (spread(c.x as u32) | spread(c.y as u32) << 1 | spread(c.z as u32) << 2, at)
-        })
-        .collect();
+    let key = |(item, at): (&Item, u32)| {
+        let c: Vec4 = (item.center2() - centers.min) * scale;
+        (spread(c.x as u32) | spread(c.y as u32) << 1 | spread(c.z as u32) << 2, at)
+    };
+    let mut keys: Vec<Key> = memory::with_capacity(items.len());
+    keys.par_extend(items.par_iter().zip(0..items.len() as u32).map(key));
     keys.par_sort_unstable();
-    keys.par_iter().map(|&(_, at)| items[at as usize]).collect()
+    let mut sorted = memory::with_capacity(items.len());
+    sorted.par_extend(keys.par_iter().map(|&(_, at)| items[at as usize]));
+    sorted
 }
 
 /// Two zero bits after each of the lower 21.

@@ -18,9 +18,10 @@ pub(crate) enum Split {
     Halves,
 }
 
-/// Reorders the items and writes the nodes of a tree over them in preorder, one fewer than there are items.
-pub(crate) fn build(items: &mut [Item], nodes: &mut [BinaryNode], split: Split) {
-    subtree(Part { items, nodes, at: 0, first: 0 }, split);
+/// Reorders the items and writes the nodes of a tree over them in preorder, one fewer than there are items. `spare` has
+/// room for as many items.
+pub(crate) fn build(items: &mut [Item], nodes: &mut [BinaryNode], spare: &mut [Item], split: Split) {
+    subtree(Part { items, nodes, at: 0, first: 0 }, spare, split);
 }
 
 /// Items and room for the nodes over them, with the place of both in the whole.
@@ -31,33 +32,41 @@ struct Part<'a> {
     first: usize,
 }
 
-fn subtree(part: Part<'_>, split: Split) {
+fn subtree(part: Part<'_>, spare: &mut [Item], split: Split) {
     let Part { items, nodes, at, first } = part;
     match items.len() {
         0 | 1 => return,
         2..=few::MOST if split == Split::Binned => return few::join(items, nodes, at, first),
         _ => {}
     }
-    let (bounds, left) = divide(items, split);
+    let (bounds, left) = divide(items, spare, split);
     let right = items.len() - left;
     let (here, below) = nodes.split_at_mut(1);
     here[0] = BinaryNode::in_preorder(&bounds, at, first, [left, right]);
     let (left_items, right_items) = items.split_at_mut(left);
     let (left_nodes, right_nodes) = below.split_at_mut(left - 1);
-    subtree(Part { items: left_items, nodes: left_nodes, at: at + 1, first }, split);
+    subtree(Part { items: left_items, nodes: left_nodes, at: at + 1, first }, spare, split);
     let right = Part { items: right_items, nodes: right_nodes, at: at + left, first: first + left };
-    subtree(right, split);
+    subtree(right, spare, split);
 }
 
 /// Divides the set into sets of at most `most` items: reorders the items, and returns a tree whose items are these sets.
-pub(crate) fn divide_into(items: &mut [Item], most: usize, split: Split) -> (Vec<BinaryNode>, Vec<usize>) {
+pub(crate) fn divide_into(
+    items: &mut [Item],
+    spare: &mut [Item],
+    most: usize,
+    split: Split,
+) -> (Vec<BinaryNode>, Vec<usize>) {
     if items.len() <= most {
         return (Vec::new(), vec![items.len()]);
     }
-    let (bounds, left) = divide(items, split);
+    let (bounds, left) = divide(items, spare, split);
     let (left_items, right_items) = items.split_at_mut(left);
-    let (a, b) =
-        rayon::join(|| divide_into(left_items, most, split), || divide_into(right_items, most, split));
+    let (left_spare, right_spare) = spare.split_at_mut(left);
+    let (a, b) = rayon::join(
+        || divide_into(left_items, left_spare, most, split),
+        || divide_into(right_items, right_spare, most, split),
+    );
     let sizes = [a.1.len(), b.1.len()];
     let mut nodes = vec![BinaryNode::in_preorder(&bounds, 0, 0, sizes)];
     let mut append = |below: &[BinaryNode], at: usize, first: usize| {
@@ -68,14 +77,14 @@ pub(crate) fn divide_into(items: &mut [Item], most: usize, split: Split) -> (Vec
     (nodes, [a.1, b.1].concat())
 }
 
-/// Moves one side of the set to the front; returns its box and how many they are.
-fn divide(items: &mut [Item], split: Split) -> (Box4, usize) {
+/// Moves one side of the set to the front; returns the box of all and how many those are.
+fn divide(items: &mut [Item], spare: &mut [Item], split: Split) -> (Box4, usize) {
     let (bounds, centers) = extent(items);
     let plane = match split {
         Split::Halves => None,
         Split::Binned => best_split(items, &centers),
     };
-    let left = plane.map_or(0, |plane| plane.partition(items));
+    let left = plane.map_or(0, |plane| plane.partition(items, spare));
     if left == 0 || left == items.len() {
         return (bounds, halve(items, &centers));
     }
@@ -133,23 +142,30 @@ impl Grid {
     #[inline(always)]
     fn bins_of(&self, item: &Item) -> [usize; 3] {
         let b = ((item.center2() - self.low) * self.scale - Vec4::splat(0.4995)) + Vec4::splat(ROUND);
-        [b.x, b.y, b.z].map(|x| x.to_bits() as usize % BINS)
+        [b.x.to_bits() as usize % BINS, b.y.to_bits() as usize % BINS, b.z.to_bits() as usize % BINS]
+    }
+
+    /// One of [`Grid::bins_of`].
+    #[inline(always)]
+    fn bin_of(&self, item: &Item, axis: usize) -> usize {
+        let b = ((item.center2()[axis] - self.low[axis]) * self.scale[axis] - 0.4995) + ROUND;
+        b.to_bits() as usize % BINS
     }
 }
 
 #[derive(Clone)]
 struct Histogram {
     boxes: [[Box4; 3]; BINS],
-    counts: [[f32; 4]; BINS],
+    counts: [[i32; 4]; BINS],
 }
 
 impl Histogram {
     fn of(items: &[Item], grid: &Grid) -> Self {
-        let mut h = Self { boxes: [[Box4::EMPTY; 3]; BINS], counts: [[0.0; 4]; BINS] };
+        let mut h = Self { boxes: [[Box4::EMPTY; 3]; BINS], counts: [[0; 4]; BINS] };
         for item in items {
             for (axis, bin) in grid.bins_of(item).into_iter().enumerate() {
                 h.boxes[bin][axis] = h.boxes[bin][axis].union(item.bounds());
-                h.counts[bin][axis] += 1.0;
+                h.counts[bin][axis] += 1;
             }
         }
         h
@@ -199,7 +215,7 @@ impl Histogram {
         let here = &self.boxes[i];
         (
             [b[0].union(here[0]), b[1].union(here[1]), b[2].union(here[2])],
-            n + Vec4::from_array(self.counts[i]),
+            n + Vec4::from_array(self.counts[i].map(|n| n as f32)),
         )
     }
 }
@@ -234,22 +250,56 @@ fn best_split(items: &[Item], centers: &Box4) -> Option<Plane> {
 }
 
 impl Plane {
-    /// Moves the left side to the front and returns its length.
-    fn partition(&self, items: &mut [Item]) -> usize {
-        let is_left = |i: &Item| self.grid.bins_of(i)[self.axis] <= self.last_left;
-        let (mut lo, mut hi) = (0, items.len());
-        loop {
-            while lo < hi && is_left(&items[lo]) {
-                lo += 1;
-            }
-            while lo < hi && !is_left(&items[hi - 1]) {
-                hi -= 1;
-            }
-            if lo >= hi {
-                return lo;
-            }
-            items.swap(lo, hi - 1);
+    /// Moves the left side to the front, keeps the order on both, and returns the length of the left. `spare` has room for
+    /// as many items.
+    fn partition(&self, items: &mut [Item], spare: &mut [Item]) -> usize {
+        if items.len() > CHUNK {
+            return self.partition_by_tasks(items, spare);
         }
+        // Which side is a coin toss, so no branch: each item is written to both.
+        let (mut left, mut right) = (0, 0);
+        for i in 0..items.len() {
+            let item = items[i];
+            let is_left = self.is_left(&item);
+            (items[left], spare[right]) = (item, item);
+            left += usize::from(is_left);
+            right += usize::from(!is_left);
+        }
+        items[left..].copy_from_slice(&spare[..right]);
+        left
+    }
+
+    fn partition_by_tasks(&self, items: &mut [Item], spare: &mut [Item]) -> usize {
+        let part = CHUNK / 4;
+        let of = |c: &[Item]| c.iter().filter(|i| self.is_left(i)).count();
+        let counts: Vec<usize> = items.par_chunks(part).map(of).collect();
+        let left = counts.iter().sum();
+        let spare = &mut spare[..items.len()];
+        let (mut to_left, mut to_right) = spare.split_at_mut(left);
+        let mut tasks = Vec::with_capacity(counts.len());
+        for (from, &n) in items.chunks(part).zip(&counts) {
+            let (l, r);
+            (l, to_left) = to_left.split_at_mut(n);
+            (r, to_right) = to_right.split_at_mut(from.len() - n);
+            tasks.push((from, l, r));
+        }
+        tasks.into_par_iter().for_each(|(from, l, r)| {
+            let (mut l, mut r) = (l.iter_mut(), r.iter_mut());
+            for item in from {
+                let to = if self.is_left(item) { l.next() } else { r.next() };
+                to.into_iter().for_each(|to| *to = *item);
+            }
+        });
+        items
+            .par_chunks_mut(part)
+            .zip(spare.par_chunks(part))
+            .for_each(|(to, from)| to.copy_from_slice(from));
+        left
+    }
+
+    #[inline(always)]
+    fn is_left(&self, item: &Item) -> bool {
+        self.grid.bin_of(item, self.axis) <= self.last_left
     }
 }
 
@@ -262,7 +312,7 @@ mod tests {
 
     fn over(items: &mut [Item], split: Split) -> Vec<BinaryNode> {
         let mut nodes = vec![BinaryNode::NONE; items.len() - 1];
-        build(items, &mut nodes, split);
+        build(items, &mut nodes, &mut items.to_vec(), split);
         nodes
     }
 

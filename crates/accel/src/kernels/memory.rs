@@ -8,6 +8,13 @@ pub(crate) fn with_capacity<T>(n: usize) -> Vec<T> {
     values
 }
 
+/// An array of `n` equal values on such pages.
+pub(crate) fn filled<T: Clone>(n: usize, value: T) -> Vec<T> {
+    let mut values = with_capacity(n);
+    values.resize(n, value);
+    values
+}
+
 #[cfg(target_os = "linux")]
 fn advise(start: *const u8, bytes: usize) {
     use std::ffi::{c_int, c_void};

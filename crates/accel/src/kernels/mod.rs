@@ -2,10 +2,13 @@
 //!
 //! One source ([`traverse`]) over a trait of lanes ([`lanes::Lanes`]); [`scalar`] runs it on plain loops, the
 //! others on registers. The same operations are fused and every minimum is the processor's, so that all give the same bits.
+//!
+//! [`partners`] serves the building of trees.
 
 mod boxes;
 mod lanes;
 pub(crate) mod memory;
+pub(crate) mod partners;
 mod scalar;
 mod stack;
 mod traverse;
