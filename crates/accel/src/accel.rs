@@ -111,29 +111,25 @@ impl Accel {
     ///
     /// `filter` is also told the ray's index; pass [`accept_all_of`](crate::accept_all_of) for none. If there are fewer places for hits than
     /// rays, the other rays are left out.
-    #[inline]
     pub fn intersect_many(
         &self,
         rays: &[Ray],
         hits: &mut [Option<Hit>],
-        filter: &mut impl FnMut(usize, &Hit) -> bool,
+        filter: &mut dyn FnMut(usize, &Hit) -> bool,
     ) {
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            *hit = self.intersect(ray, &mut |h| filter(i, h));
-        }
+        let n = rays.len().min(hits.len());
+        kernels::nearest_many(self, &rays[..n], &mut hits[..n], filter);
     }
 
     /// [`Accel::occluded`] for each ray, as [`Accel::intersect_many`].
-    #[inline]
     pub fn occluded_many(
         &self,
         rays: &[Ray],
         blocked: &mut [bool],
-        filter: &mut impl FnMut(usize, &Hit) -> bool,
+        filter: &mut dyn FnMut(usize, &Hit) -> bool,
     ) {
-        for (i, (ray, is_blocked)) in rays.iter().zip(blocked).enumerate() {
-            *is_blocked = self.occluded(ray, &mut |h| filter(i, h));
-        }
+        let n = rays.len().min(blocked.len());
+        kernels::any_many(self, &rays[..n], &mut blocked[..n], filter);
     }
 
     #[inline(always)]

@@ -259,6 +259,16 @@ impl Blas {
         self.blocks = with_block.par_iter().map(|leaf| self.fill(leaf.of(items), geometries)).collect();
     }
 
+    /// Begins to load what stands behind a reference.
+    #[inline(always)]
+    pub(crate) fn fetch(&self, child: ChildRef) {
+        if child.is_block() {
+            memory::fetch(self.blocks.as_ptr().wrapping_add(child.index()));
+        } else if child.is_node() {
+            memory::fetch(self.tree.nodes.as_ptr().wrapping_add(child.index()));
+        }
+    }
+
     /// The hit that a candidate stands for.
     #[inline(always)]
     pub(crate) fn hit(&self, best: &Best) -> Hit {

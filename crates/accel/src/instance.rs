@@ -1,6 +1,6 @@
 //! An object placed in the world.
 
-use math::{AnimatedTransform, Bounds, DMat4, DVec3, Vec3};
+use math::{AnimatedTransform, Bounds, DMat4, Vec3};
 
 /// A copy of an object, possibly moving.
 #[derive(Clone, Copy, Debug)]
@@ -35,15 +35,55 @@ impl Placed {
 
     /// Origin and direction in the object's space; the direction keeps its scale, so that `t` is shared. Each is
     /// rounded once.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn to_object(&self, o: Vec3, d: Vec3, time: f32) -> (Vec3, Vec3) {
-        let m = match &self.moving {
-            None => self.object_from_world,
-            Some(a) => a.at(time).inverse_matrix(),
-        };
-        let point: DVec3 = m.transform_point3(o.as_dvec3());
-        (point.as_vec3(), m.transform_vector3(d.as_dvec3()).as_vec3())
+        let Some(moving) = &self.moving else { return map(&self.object_from_world, o, d) };
+        map(&moved(moving, time), o, d)
     }
+
+    /// [`Placed::to_object`] for many rays: origins, directions and times, by axis.
+    #[inline(always)]
+    pub(crate) fn each_to_object<const N: usize>(
+        &self,
+        (o, d, time): (&[[f32; N]; 3], &[[f32; N]; 3], &[f32; N]),
+        (o_to, d_to): (&mut [[f32; N]; 3], &mut [[f32; N]; 3]),
+    ) {
+        let mut put = |i: usize, m: &DMat4| {
+            let (p, v) = map(m, Vec3::new(o[0][i], o[1][i], o[2][i]), Vec3::new(d[0][i], d[1][i], d[2][i]));
+            for (axis, (p, v)) in p.to_array().into_iter().zip(v.to_array()).enumerate() {
+                o_to[axis][i] = p;
+                d_to[axis][i] = v;
+            }
+        };
+        for i in 0..N {
+            match &self.moving {
+                None => put(i, &self.object_from_world),
+                Some(moving) => put(i, &moved(moving, time[i])),
+            }
+        }
+    }
+}
+
+#[inline(never)]
+fn moved(a: &AnimatedTransform, time: f32) -> DMat4 {
+    a.at(time).inverse_matrix()
+}
+
+/// A point and a vector.
+#[inline(always)]
+fn map(m: &DMat4, o: Vec3, d: Vec3) -> (Vec3, Vec3) {
+    let (a, b, c, shift) = (m.x_axis, m.y_axis, m.z_axis, m.w_axis);
+    let (o, d) = (o.as_dvec3(), d.as_dvec3());
+    let point = |a: f64, b: f64, c: f64, shift: f64| (a * o.x + b * o.y + c * o.z + shift) as f32;
+    let vector = |a: f64, b: f64, c: f64| (a * d.x + b * d.y + c * d.z) as f32;
+    (
+        Vec3::new(
+            point(a.x, b.x, c.x, shift.x),
+            point(a.y, b.y, c.y, shift.y),
+            point(a.z, b.z, c.z, shift.z),
+        ),
+        Vec3::new(vector(a.x, b.x, c.x), vector(a.y, b.y, c.y), vector(a.z, b.z, c.z)),
+    )
 }
 
 /// A little larger, for the roundings of the corners and of the ray in object space.

@@ -25,7 +25,7 @@
 //!    the node test. Rounding is monotone, so a box's interval holds the interval of every box inside it, and culling
 //!    by distance can never drop a hit that would have won.
 //!
-//! Left out: spatial splits, compressed nodes, reinsertion, packets of rays, a kernel for NEON (the portable one serves).
+//! Left out: spatial splits, compressed nodes, reinsertion, a kernel for NEON (the portable one serves).
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` also means: or one of them is NaN")]
 

@@ -22,9 +22,9 @@ use glam::Vec4;
 use math::{Bounds, DVec3, Vec3};
 
 /// Components of a direction below this share of the largest are zero.
-const TINY: f32 = 1e-12;
+pub(crate) const TINY: f32 = 1e-12;
 /// 16 · 2⁻²⁴, see above.
-const PAD: f32 = 8.0 * f32::EPSILON;
+pub(crate) const PAD: f32 = 8.0 * f32::EPSILON;
 
 /// A ray in the space of one structure. The direction need not be unit.
 #[derive(Clone, Copy, Debug)]

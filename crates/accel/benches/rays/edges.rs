@@ -2,7 +2,7 @@
 
 use math::{Dir, Point, Ray, Vec3};
 use rayon::prelude::*;
-use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Shape, accept_all};
+use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Shape, accept_all, accept_all_of};
 
 #[path = "../../tests/common/mod.rs"]
 mod common;
@@ -26,28 +26,57 @@ pub(crate) fn run(n: u64) {
         let blas = Blas::build(&[Geometry::opaque(shape)], &BuildOptions::default()).expect("a proper mesh");
         let accel = Accel::from_static(blas);
         let batches = n / spheres.len() as u64 / BATCH;
-        let missed: u64 =
-            (0..batches).into_par_iter().map(|b| leaks(&accel, &mesh, (center, radius), b)).sum();
+        let leaks = |b| leaks(&accel, &mesh, (center, radius), b);
+        let missed: u64 = (0..batches).into_par_iter().map(leaks).sum();
         println!("sphere {name}: {missed} of {} rays leave", batches * BATCH);
     }
 }
 
-fn leaks(accel: &Accel, mesh: &Mesh, (center, radius): (Vec3, f32), batch: u64) -> u64 {
+fn leaks(accel: &Accel, mesh: &Mesh, sphere: (Vec3, f32), batch: u64) -> u64 {
+    let first = batch * BATCH;
+    if batch.is_multiple_of(2) {
+        return (first..first + BATCH)
+            .map(|i| u64::from(!is_met(accel, &aimed(mesh, sphere, i, i), i % 2 == 0)))
+            .sum();
+    }
+    // Sixteen side by side, at edges of one face and its neighbours, so that they travel together.
+    let (mut hits, mut blocked) = (vec![None; 1 << 10], vec![false; 1 << 10]);
     let mut missed = 0;
-    for i in batch * BATCH..(batch + 1) * BATCH {
-        let r = |dimension: u64| crate::workload::unit(i, dimension);
-        let face = mesh.indices[(r(0) * mesh.indices.len() as f32) as usize % mesh.indices.len()];
-        let side = (i % 3) as usize;
-        let [a, b] = [face[side], face[(side + 1) % 3]].map(|v| mesh.positions[v as usize]);
-        let target = if i.is_multiple_of(4) { a } else { a.lerp(b, r(1)) };
-        let origin = center + (Vec3::new(r(2), r(3), r(4)) - 0.5) * radius;
-        let ray = Ray::new(Point(origin), Dir::normalize(target - origin), 0.0);
-        // In turn by the two searches, which visit nodes in another order.
-        missed += u64::from(if i % 2 == 0 {
-            accel.intersect(&ray, &mut accept_all).is_none()
+    for start in (first..first + BATCH).step_by(hits.len()) {
+        let rays: Vec<Ray> =
+            (start..start + hits.len() as u64).map(|i| aimed(mesh, sphere, i, i / 16)).collect();
+        missed += if start % 2048 == 0 {
+            accel.intersect_many(&rays, &mut hits, &mut accept_all_of);
+            hits.iter().filter(|h| h.is_none()).count()
         } else {
-            !accel.occluded(&ray, &mut accept_all)
-        });
+            accel.occluded_many(&rays, &mut blocked, &mut accept_all_of);
+            blocked.iter().filter(|b| !**b).count()
+        } as u64;
     }
     missed
+}
+
+/// In turn by the two searches, which visit nodes in another order.
+fn is_met(accel: &Accel, ray: &Ray, nearest: bool) -> bool {
+    if nearest {
+        accel.intersect(ray, &mut accept_all).is_some()
+    } else {
+        accel.occluded(ray, &mut accept_all)
+    }
+}
+
+/// Ray `i`, from an origin and at a face (or one of the next) that are the same for all of its `group`.
+fn aimed(mesh: &Mesh, (center, radius): (Vec3, f32), i: u64, group: u64) -> Ray {
+    let (r, own) = (
+        |dimension: u64| crate::workload::unit(group, dimension),
+        |dimension: u64| crate::workload::unit(i, dimension),
+    );
+    let near = if i == group { 0 } else { (own(5) * 3.0) as usize };
+    let face = (r(0) * mesh.indices.len() as f32) as usize + near;
+    let face = mesh.indices[face % mesh.indices.len()];
+    let side = (i % 3) as usize;
+    let [a, b] = [face[side], face[(side + 1) % 3]].map(|v| mesh.positions[v as usize]);
+    let target = if i.is_multiple_of(4) { a } else { a.lerp(b, own(1)) };
+    let origin = center + (Vec3::new(r(2), r(3), r(4)) - 0.5) * radius;
+    Ray::new(Point(origin), Dir::normalize(target - origin), 0.0)
 }

@@ -57,7 +57,74 @@ impl RayHit {
 
 type Trace = unsafe extern "C" fn(Handle, *mut RayHit, *mut c_void);
 
+/// Rays of a packet.
+const WIDE: usize = 16;
+
+/// `RTCRayHit16` with room for the instance ids of any configuration.
+#[repr(C, align(64))]
+struct RayHit16 {
+    o: [[f32; WIDE]; 3],
+    near: [f32; WIDE],
+    d: [[f32; WIDE]; 3],
+    time: [f32; WIDE],
+    far: [f32; WIDE],
+    mask: [u32; WIDE],
+    id: [u32; WIDE],
+    flags: [u32; WIDE],
+    normal: [[f32; WIDE]; 3],
+    uv: [[f32; WIDE]; 2],
+    primitive: [u32; WIDE],
+    geometry: [u32; WIDE],
+    instance: [[u32; WIDE]; 9],
+}
+
+impl RayHit16 {
+    /// All numbers that the library reads before it writes them.
+    fn new() -> Self {
+        let (zero, none) = ([0.0; WIDE], [u32::MAX; WIDE]);
+        Self {
+            o: [zero; 3],
+            near: zero,
+            d: [zero; 3],
+            time: zero,
+            far: zero,
+            mask: none,
+            id: [0; WIDE],
+            flags: [0; WIDE],
+            normal: [zero; 3],
+            uv: [zero; 2],
+            primitive: none,
+            geometry: none,
+            instance: [none; 9],
+        }
+    }
+
+    fn fill(&mut self, rays: &[Ray]) {
+        for (i, r) in rays.iter().enumerate() {
+            let (o, d) = (r.origin.0, r.dir.0);
+            (self.o[0][i], self.o[1][i], self.o[2][i]) = (o.x, o.y, o.z);
+            (self.d[0][i], self.d[1][i], self.d[2][i]) = (d.x, d.y, d.z);
+            self.far[i] = r.t_max;
+        }
+        self.geometry = [u32::MAX; WIDE];
+    }
+}
+
+/// `RTCIntersectArguments` and `RTCOccludedArguments`.
+#[repr(C)]
+struct Arguments {
+    flags: c_int,
+    features: u32,
+    context: *mut c_void,
+    filter: *mut c_void,
+    intersect: *mut c_void,
+    width: f32,
+}
+
+type Trace16 = unsafe extern "C" fn(*const [c_int; WIDE], Handle, *mut RayHit16, *mut Arguments);
+
 /// A scene of one library.
+#[derive(Clone)]
 pub(crate) struct Embree {
     name: &'static str,
     scene: Handle,
@@ -65,6 +132,15 @@ pub(crate) struct Embree {
     occluded: Trace,
     /// What its build took.
     pub(crate) seconds: f64,
+    intersect16: Trace16,
+    occluded16: Trace16,
+}
+
+/// The same scene by packets of sixteen rays, with the flag for coherent rays or without.
+pub(crate) struct Embree16 {
+    name: String,
+    scene: Embree,
+    flags: c_int,
 }
 
 impl Embree {
@@ -106,8 +182,60 @@ impl Embree {
             function!("rtcCommitScene", unsafe extern "C" fn(Handle))(scene);
             let seconds = start.elapsed().as_secs_f64();
             let (intersect, occluded) = (function!("rtcIntersect1", Trace), function!("rtcOccluded1", Trace));
-            Self { name, scene, intersect, occluded, seconds }
+            let intersect16 = function!("rtcIntersect16", Trace16);
+            let occluded16 = function!("rtcOccluded16", Trace16);
+            Self { name, scene, intersect, occluded, intersect16, occluded16, seconds }
         }
+    }
+
+    /// By packets.
+    pub(crate) fn packets(&self, is_coherent: bool) -> Embree16 {
+        let name = format!("{} 16 {}", self.name, if is_coherent { "coherent" } else { "incoherent" });
+        Embree16 { name, scene: self.clone(), flags: c_int::from(is_coherent) << 16 }
+    }
+}
+
+impl Embree16 {
+    /// Fills and traces one packet after the other, and adds up what the last function says of each.
+    fn each(&self, trace: Trace16, rays: &[Ray], count: impl Fn(&RayHit16) -> [bool; WIDE]) -> usize {
+        let null = std::ptr::null_mut();
+        let mut arguments = Arguments {
+            flags: self.flags,
+            features: u32::MAX,
+            context: null,
+            filter: null,
+            intersect: null,
+            width: 0.0,
+        };
+        let mut packet = RayHit16::new();
+        let mut all = 0;
+        for rays in rays.chunks(WIDE) {
+            let mut valid = Valid([0; WIDE]);
+            valid.0[..rays.len()].fill(-1);
+            packet.fill(rays);
+            // SAFETY: the scene is committed, and packet, arguments and lanes are laid out and aligned as the library expects.
+            unsafe { trace(&raw const valid.0, self.scene.scene, &raw mut packet, &raw mut arguments) };
+            let hit = count(std::hint::black_box(&packet));
+            all += hit.iter().take(rays.len()).filter(|h| **h).count();
+        }
+        all
+    }
+}
+
+#[repr(C, align(64))]
+struct Valid([c_int; WIDE]);
+
+impl Tracer for Embree16 {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn nearest(&mut self, rays: &[Ray]) -> usize {
+        self.each(self.scene.intersect16, rays, |p| p.geometry.map(|g| g != u32::MAX))
+    }
+
+    fn any(&mut self, rays: &[Ray]) -> usize {
+        self.each(self.scene.occluded16, rays, |p| p.far.map(|t| t < 0.0))
     }
 }
 

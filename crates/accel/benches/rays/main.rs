@@ -24,7 +24,9 @@ use std::io::Write;
 use std::time::Instant;
 
 use math::{AnimatedTransform, Ray, Transform};
-use steradian_accel::{Accel, Blas, BuildOptions, Geometry, Hit, Instance, Isa, Shape, TreeKind, accept_all};
+use steradian_accel::{
+    Accel, Blas, BuildOptions, Geometry, Hit, Instance, Isa, Shape, TreeKind, accept_all, accept_all_of,
+};
 
 use workload::{RaySet, Scene};
 
@@ -104,6 +106,35 @@ impl Tracer for Ours {
     }
 }
 
+/// The same in batches.
+struct Streams {
+    name: String,
+    accel: Accel,
+    hits: Vec<Option<Hit>>,
+    blocked: Vec<bool>,
+}
+
+impl Streams {
+    fn new(name: &str, accel: Accel) -> Self {
+        let name = format!("{name} {}", accel.isa().name());
+        Self { name, accel, hits: vec![None; CHUNK], blocked: vec![false; CHUNK] }
+    }
+}
+
+impl Tracer for Streams {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+    fn nearest(&mut self, rays: &[Ray]) -> usize {
+        self.accel.intersect_many(rays, &mut self.hits, &mut accept_all_of);
+        black_box(&self.hits)[..rays.len()].iter().filter(|h| h.is_some()).count()
+    }
+    fn any(&mut self, rays: &[Ray]) -> usize {
+        self.accel.occluded_many(rays, &mut self.blocked, &mut accept_all_of);
+        black_box(&self.blocked)[..rays.len()].iter().filter(|h| **h).count()
+    }
+}
+
 /// Every hit goes through a filter that the compiler cannot see through.
 struct Filtered(Accel);
 
@@ -126,13 +157,14 @@ fn variants(scene: &Scene, blas: &Blas) -> Vec<Box<dyn Tracer>> {
     let whole = Instance { object: 0, world_from_object: AnimatedTransform::fixed(Transform::IDENTITY) };
     let instanced = Accel::new(Blas::default(), vec![blas.clone()], &[whole]).expect("the object is there");
     let name = format!("one instance {}", instanced.isa().name());
+    let streams = Streams::new("streams, one instance", instanced.clone());
     let geometries: Vec<_> = scene
         .meshes
         .iter()
         .map(|m| Geometry::filtered(Shape::Mesh { positions: &m.positions, indices: &m.indices }))
         .collect();
     let filtered = Blas::build(&geometries, &BuildOptions::default()).expect("a proper mesh");
-    vec![Box::new(Ours(name, instanced)), Box::new(Filtered(Accel::from_static(filtered)))]
+    vec![Box::new(Ours(name, instanced)), Box::new(streams), Box::new(Filtered(Accel::from_static(filtered)))]
 }
 
 fn build(scene: &Scene, tree: TreeKind) -> Blas {
@@ -184,6 +216,9 @@ fn main() {
         }
     }
     let reference = Accel::from_static(build(&scene, TreeKind::default()));
+    for &isa in kernels.iter().filter(|i| **i != Isa::Scalar || options.isa.is_some()) {
+        tracers.push(Box::new(Streams::new("streams", reference.clone().with_isa(isa))));
+    }
     tracers.extend(variants(&scene, reference.world()));
     let mut sets = workload::rays(&scene, &reference, options.rays);
     sets.retain(|s| match &options.set {
@@ -194,6 +229,10 @@ fn main() {
         for (label, flags) in [("embree", 0), ("embree robust", 4)] {
             let embree = embree::Embree::new(path, label, flags, &scene.meshes, 2);
             println!("{label}: built in {:.3} s", embree.seconds);
+            if flags == 0 {
+                tracers.push(Box::new(embree.packets(true)));
+                tracers.push(Box::new(embree.packets(false)));
+            }
             tracers.push(Box::new(embree));
         }
     }

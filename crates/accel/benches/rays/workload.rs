@@ -176,6 +176,24 @@ fn diffuse(n: Vec3, i: u64, dimension: u64) -> Dir {
     Dir::normalize(n + Vec3::new(r * c, r * s, z) * 0.9999)
 }
 
+/// Rows of pixels as tiles of 4 x 4, as a renderer has them.
+fn tiles(rays: &[Ray], side: usize) -> Vec<Ray> {
+    let whole = side / 4 * 4;
+    let corners = (0..whole).step_by(4).flat_map(|y| (0..whole).step_by(4).map(move |x| (x, y)));
+    corners.flat_map(|(x, y)| (0..16).map(move |i| rays[(y + i / 4) * side + x + i % 4])).collect()
+}
+
+/// From the first hits of some rays to a light, in their order.
+fn shadows(scene: &Scene, accel: &Accel, rays: &[Ray], light: Point) -> Vec<Ray> {
+    let shadow = |ray: &Ray| {
+        let (p, normal) = surface(scene, ray, &accel.intersect(ray, &mut accept_all)?);
+        let to_light = light - p;
+        let t_max = to_light.length();
+        (to_light.dot(normal) > 0.0).then(|| Ray { t_max, ..Ray::new(p, Dir::normalize(to_light), 0.0) })
+    };
+    rays.iter().filter_map(shadow).collect()
+}
+
 /// Camera rays, two bounces, bounces out of order, ambient occlusion and shadow rays.
 pub(crate) fn rays(scene: &Scene, accel: &Accel, n: usize) -> Vec<RaySet> {
     let side = (n as f32).sqrt() as u32;
@@ -218,11 +236,15 @@ pub(crate) fn rays(scene: &Scene, accel: &Accel, n: usize) -> Vec<RaySet> {
     let miss: Vec<Ray> =
         camera.iter().map(|r| Ray::new(Point(bounds.max + bounds.size()), Dir(r.dir.0.abs()), 0.0)).collect();
     let single: Vec<Ray> = camera.iter().map(|_| camera[camera.len() / 2 + side as usize / 2]).collect();
+    let tiled = tiles(&camera, side as usize);
+    let lit = shadows(scene, accel, &tiled, light);
     vec![
         RaySet { name: "none hit", any: false, rays: miss.clone() },
         RaySet { name: "none hit, any", any: true, rays: miss },
         RaySet { name: "same ray", any: false, rays: single.clone() },
         RaySet { name: "same ray, any", any: true, rays: single },
+        RaySet { name: "camera 4 x 4", any: false, rays: tiled },
+        RaySet { name: "shadow 4 x 4", any: true, rays: lit },
         RaySet { name: "camera", any: false, rays: camera },
         RaySet { name: "bounce", any: false, rays: bounce },
         RaySet { name: "bounce shuffled", any: false, rays: shuffled },

@@ -2,6 +2,7 @@
 #![allow(unsafe_code, reason = "unchecked indices; see each SAFETY note")]
 
 use super::lanes::Lanes;
+use super::stream::Beam;
 use crate::layout::{NODE, Node, TriBlock, WIDTH};
 use crate::ray_space::RaySpace;
 
@@ -18,15 +19,17 @@ fn plane_at(axis: usize, upper: usize) -> usize {
 ///
 /// `T` is an array of arrays of `f32` with at least `at + N` of them in all.
 #[inline(always)]
-unsafe fn numbers<T, const N: usize>(all: &T, at: usize) -> &[f32; N] {
+pub(super) unsafe fn numbers<T, const N: usize>(all: &T, at: usize) -> &[f32; N] {
     let first: *const f32 = std::ptr::from_ref(all).cast();
     // SAFETY: the contract is that these are within `all`.
     unsafe { &*first.add(at).cast() }
 }
 
-/// A ray in registers, for nodes.
+/// A ray, or what bounds several, in registers, for nodes.
 pub(super) struct NodeRay<L> {
-    inv: [L; 3],
+    // For a ray the two are the same.
+    inv_near: [L; 3],
+    inv_far: [L; 3],
     c_near: [L; 3],
     c_far: [L; 3],
     /// Where a node has its near and far planes, as numbers from its start.
@@ -52,9 +55,24 @@ fn splat3<L: Lanes<NODE>>(v: &[f32; 4]) -> [L; 3] {
 impl<L: Lanes<NODE>> NodeRay<L> {
     #[inline(always)]
     pub(super) fn new(r: &RaySpace) -> Self {
+        let inv = splat3(&r.inv);
         let up = |i: usize| (r.negative >> i & 1) as usize;
         Self {
-            inv: splat3(&r.inv),
+            inv_near: inv,
+            inv_far: inv,
+            c_near: splat3(&r.c_near),
+            c_far: splat3(&r.c_far),
+            near: [plane_at(0, up(0)), plane_at(1, up(1)), plane_at(2, up(2))],
+            far: [plane_at(0, 1 - up(0)), plane_at(1, 1 - up(1)), plane_at(2, 1 - up(2))],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn around(r: &Beam) -> Self {
+        let up = |i: usize| (r.negative >> i & 1) as usize;
+        Self {
+            inv_near: splat3(&r.inv_near),
+            inv_far: splat3(&r.inv_far),
             c_near: splat3(&r.c_near),
             c_far: splat3(&r.c_far),
             near: [plane_at(0, up(0)), plane_at(1, up(1)), plane_at(2, up(2))],
@@ -73,10 +91,10 @@ impl BlockRay {
 
 /// The boxes met before `t_max`, their entries and exits. The operations of [`RaySpace::slab`].
 #[inline(always)]
-fn meet<const N: usize, L: Lanes<N>>(x: (L, L), y: (L, L), z: (L, L), t_max: f32) -> (u32, L, L) {
+pub(super) fn meet<const N: usize, L: Lanes<N>>(x: (L, L), y: (L, L), z: (L, L), t_max: L) -> (u32, L, L) {
     let entry = x.0.max(y.0).max(z.0.max(L::splat(0.0)));
     let (a, b) = (x.1.min(y.1), z.1);
-    (entry.le(a.min(b.min(L::splat(t_max)))), entry, a.min(b))
+    (entry.le(a.min(b.min(t_max))), entry, a.min(b))
 }
 
 impl<L: Lanes<NODE>> NodeRay<L> {
@@ -86,13 +104,15 @@ impl<L: Lanes<NODE>> NodeRay<L> {
         // SAFETY: these are places of `plane_at`.
         let (near, far) =
             unsafe { (numbers(&node.planes, self.near[i]), numbers(&node.planes, self.far[i])) };
-        (L::load(near).mul_add(self.inv[i], self.c_near[i]), L::load(far).mul_add(self.inv[i], self.c_far[i]))
+        let (near, far) = (L::load(near), L::load(far));
+        (near.mul_add(self.inv_near[i], self.c_near[i]), far.mul_add(self.inv_far[i], self.c_far[i]))
     }
 
     /// The children met before `t_max`, and where.
     #[inline(always)]
     pub(super) fn meet(&self, node: &Node, t_max: f32) -> (u32, L) {
-        let (mask, entry, _) = meet(self.axis(0, node), self.axis(1, node), self.axis(2, node), t_max);
+        let (x, y, z) = (self.axis(0, node), self.axis(1, node), self.axis(2, node));
+        let (mask, entry, _) = meet(x, y, z, L::splat(t_max));
         (mask, entry)
     }
 }
@@ -129,7 +149,7 @@ pub(super) struct Candidates {
 }
 
 #[inline(always)]
-fn cross<L: Lanes<WIDTH>>(p: (L, L), q: (L, L)) -> L {
+pub(super) fn cross<const N: usize, L: Lanes<N>>(p: (L, L), q: (L, L)) -> L {
     p.0.mul(q.1).sub(p.1.mul(q.0))
 }
 
@@ -152,7 +172,7 @@ pub(super) fn block_candidates<L: Lanes<WIDTH>>(
     }
 
     let (x, y, z) = (block_axis::<L>(ray, 0, block), block_axis(ray, 1, block), block_axis(ray, 2, block));
-    let (met, entry, exit) = meet(x, y, z, t_max);
+    let (met, entry, exit) = meet(x, y, z, L::splat(t_max));
     let mask = mask & met;
     if mask == 0 {
         return None;
@@ -163,4 +183,40 @@ pub(super) fn block_candidates<L: Lanes<WIDTH>>(
     entry.store(&mut found.entry);
     exit.store(&mut found.exit);
     Some(found)
+}
+
+/// The boxes of the triangles of a block: `planes[axis][0]` the lower, `planes[axis][1]` the upper.
+#[repr(C, align(64))]
+pub(super) struct BlockBoxes {
+    pub(super) planes: [[[f32; WIDTH]; 2]; 3],
+}
+
+impl BlockBoxes {
+    #[inline(always)]
+    pub(super) fn of<L: Lanes<WIDTH>>(block: &TriBlock) -> Self {
+        let mut boxes = Self { planes: [[[0.0; WIDTH]; 2]; 3] };
+        for (i, [lower, upper]) in boxes.planes.iter_mut().enumerate() {
+            let (a, b, c) = (L::load(&block.v[0][i]), L::load(&block.v[1][i]), L::load(&block.v[2][i]));
+            a.min(b).min(c).store(lower);
+            a.max(b).max(c).store(upper);
+        }
+        boxes
+    }
+
+    #[inline(always)]
+    fn axis<L: Lanes<WIDTH>>(&self, i: usize, beam: &Beam) -> (L, L) {
+        let up = (beam.negative >> i & 1) as usize;
+        let (near, far) = (L::load(&self.planes[i][up]), L::load(&self.planes[i][1 - up]));
+        let (inv_near, inv_far) = (L::splat(beam.inv_near[i]), L::splat(beam.inv_far[i]));
+        (near.mul_add(inv_near, L::splat(beam.c_near[i])), far.mul_add(inv_far, L::splat(beam.c_far[i])))
+    }
+
+    /// The triangles whose boxes a ray of the beam may meet before `t_max`.
+    #[inline(always)]
+    pub(super) fn meet<L: Lanes<WIDTH>>(&self, beam: &Beam, t_max: f32) -> u32 {
+        // Unused lanes are no numbers.
+        let is_used = L::load(&self.planes[0][0]).le(L::load(&self.planes[0][1]));
+        let (x, y, z) = (self.axis::<L>(0, beam), self.axis(1, beam), self.axis(2, beam));
+        is_used & meet(x, y, z, L::splat(t_max)).0
+    }
 }

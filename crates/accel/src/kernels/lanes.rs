@@ -1,5 +1,6 @@
 //! Registers of `f32`.
 
+use super::stream::RAYS;
 use crate::layout::{NODE, WIDTH};
 
 /// What the traversal needs of a register of `N` lanes. Minimum and maximum give the second operand where the two are
@@ -16,6 +17,10 @@ pub(super) trait Lanes<const N: usize>: Copy {
     fn max(self, b: Self) -> Self;
     /// Bit `i` is set where lane `i` of `self` is at most that of `b`.
     fn le(self, b: Self) -> u32;
+    /// `self` in the lanes of the mask, `other` in the rest.
+    fn keep(self, mask: u32, other: Self) -> Self;
+    /// The largest lane, if all are numbers.
+    fn most(self) -> f32;
 }
 
 /// The registers of a kernel.
@@ -24,6 +29,10 @@ pub(super) trait Kernel {
     type Node: Lanes<NODE>;
     /// For the triangles of a block.
     type Block: Lanes<WIDTH>;
+    /// For the rays of a packet.
+    type Rays: Lanes<RAYS>;
+    /// Are packets worth it?
+    const PACKETS: bool;
 }
 
 /// Two registers as one.
@@ -77,5 +86,13 @@ impl<L: Lanes<WIDTH>> Lanes<NODE> for Pair<L> {
     #[inline(always)]
     fn le(self, b: Self) -> u32 {
         self.0.le(b.0) | self.1.le(b.1) << WIDTH
+    }
+    #[inline(always)]
+    fn keep(self, mask: u32, other: Self) -> Self {
+        Self(self.0.keep(mask, other.0), self.1.keep(mask >> WIDTH, other.1))
+    }
+    #[inline(always)]
+    fn most(self) -> f32 {
+        self.0.max(self.1).most()
     }
 }

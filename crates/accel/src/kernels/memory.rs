@@ -39,6 +39,21 @@ fn advise(start: *const u8, bytes: usize) {
 #[cfg(not(target_os = "linux"))]
 fn advise(_: *const u8, _: usize) {}
 
+/// Begins to load a value into the nearest cache.
+#[inline(always)]
+pub(crate) fn fetch<T>(value: *const T) {
+    let start: *const i8 = value.cast();
+    for line in (0..size_of::<T>()).step_by(64) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a prefetch is allowed at any address.
+        unsafe {
+            std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(start.wrapping_add(line));
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = start.wrapping_add(line);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

@@ -11,6 +11,7 @@ pub(crate) mod memory;
 pub(crate) mod partners;
 mod scalar;
 mod stack;
+mod stream;
 mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -36,34 +37,44 @@ pub(crate) fn is_available(isa: Isa) -> bool {
     }
 }
 
-/// The nearest hit. The kernel must be available.
-#[inline(always)]
-pub(crate) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
-    match accel.isa() {
-        #[cfg(target_arch = "x86_64")]
-        Isa::Scalar if x86::has_fma() => x86::fma::nearest(accel, ray, filter),
-        Isa::Scalar => scalar::nearest(accel, ray, filter),
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => x86::avx2::nearest(accel, ray, filter),
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => x86::avx512::nearest(accel, ray, filter),
-        #[cfg(not(target_arch = "x86_64"))]
-        Isa::Avx2 | Isa::Avx512 => scalar::nearest(accel, ray, filter),
-    }
+/// Lets hits of many rays through or not, given the index of the ray. Not generic, so that what traces many is compiled once.
+pub(crate) type Filter<'a> = &'a mut dyn FnMut(usize, &Hit) -> bool;
+
+/// Calls the entry of that name of the kernel in use, which must be available.
+macro_rules! dispatch {
+    ($name:ident($accel:expr, $($arg:expr),*)) => {
+        match $accel.isa() {
+            #[cfg(target_arch = "x86_64")]
+            Isa::Scalar if x86::has_fma() => x86::fma::$name($accel, $($arg),*),
+            Isa::Scalar => scalar::$name($accel, $($arg),*),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2 => x86::avx2::$name($accel, $($arg),*),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512 => x86::avx512::$name($accel, $($arg),*),
+            #[cfg(not(target_arch = "x86_64"))]
+            Isa::Avx2 | Isa::Avx512 => scalar::$name($accel, $($arg),*),
+        }
+    };
 }
 
-/// Is there any hit? The kernel must be available.
+/// The nearest hit.
+#[inline(always)]
+pub(crate) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
+    dispatch!(nearest(accel, ray, filter))
+}
+
+/// Is there any hit?
 #[inline(always)]
 pub(crate) fn any<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool {
-    match accel.isa() {
-        #[cfg(target_arch = "x86_64")]
-        Isa::Scalar if x86::has_fma() => x86::fma::any(accel, ray, filter),
-        Isa::Scalar => scalar::any(accel, ray, filter),
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => x86::avx2::any(accel, ray, filter),
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => x86::avx512::any(accel, ray, filter),
-        #[cfg(not(target_arch = "x86_64"))]
-        Isa::Avx2 | Isa::Avx512 => scalar::any(accel, ray, filter),
-    }
+    dispatch!(any(accel, ray, filter))
+}
+
+/// The nearest hit of each ray, of which there are as many as places for hits.
+pub(crate) fn nearest_many(accel: &Accel, rays: &[Ray], hits: &mut [Option<Hit>], filter: Filter<'_>) {
+    dispatch!(nearest_many(accel, rays, hits, filter));
+}
+
+/// Is there any hit, for each ray? There are as many of these as places for answers.
+pub(crate) fn any_many(accel: &Accel, rays: &[Ray], blocked: &mut [bool], filter: Filter<'_>) {
+    dispatch!(any_many(accel, rays, blocked, filter));
 }

@@ -3,7 +3,7 @@
 use math::Ray;
 
 use super::lanes::{Kernel, Lanes, Pair};
-use super::traverse;
+use super::{Filter, stream, traverse};
 use crate::accel::Accel;
 use crate::hit::Hit;
 use crate::layout::WIDTH;
@@ -56,6 +56,14 @@ impl Lanes<WIDTH> for Plain {
     fn le(self, b: Self) -> u32 {
         (0..8).fold(0, |m, i| m | (u32::from(self.0[i] <= b.0[i]) << i))
     }
+    #[inline(always)]
+    fn keep(self, mask: u32, other: Self) -> Self {
+        Self(std::array::from_fn(|i| if mask >> i & 1 != 0 { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
+    fn most(self) -> f32 {
+        self.0.into_iter().fold(f32::NEG_INFINITY, ray_space::max)
+    }
 }
 
 /// Plain loops.
@@ -64,18 +72,31 @@ pub(super) struct Scalar;
 impl Kernel for Scalar {
     type Node = Pair<Plain>;
     type Block = Plain;
+    type Rays = Pair<Plain>;
+    const PACKETS: bool = false;
 }
 
-pub(super) fn nearest<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> Option<Hit> {
-    if accel.placed.is_empty() {
-        return traverse::nearest::<Scalar, false, F>(accel, ray, filter);
-    }
-    traverse::nearest::<Scalar, true, F>(accel, ray, filter)
+/// One entry: its name, what it calls, the filter if that is generic, and the signature.
+macro_rules! entry {
+    ($name:ident, $module:ident::$call:ident, $filter:path, ($($arg:ident: $t:ty,)*) -> $result:ty) => {
+        pub(super) fn $name<F: $filter>(accel: &Accel, $($arg: $t,)* filter: &mut F) -> $result {
+            if accel.placed.is_empty() {
+                return $module::$call::<Scalar, false, F>(accel, $($arg,)* filter);
+            }
+            $module::$call::<Scalar, true, F>(accel, $($arg,)* filter)
+        }
+    };
+    ($name:ident, $module:ident::$call:ident, ($($arg:ident: $t:ty),*)) => {
+        pub(super) fn $name(accel: &Accel, $($arg: $t),*) {
+            if accel.placed.is_empty() {
+                return $module::$call::<Scalar, false>(accel, $($arg),*);
+            }
+            $module::$call::<Scalar, true>(accel, $($arg),*)
+        }
+    };
 }
 
-pub(super) fn any<F: FnMut(&Hit) -> bool>(accel: &Accel, ray: &Ray, filter: &mut F) -> bool {
-    if accel.placed.is_empty() {
-        return traverse::any::<Scalar, false, F>(accel, ray, filter);
-    }
-    traverse::any::<Scalar, true, F>(accel, ray, filter)
-}
+entry!(nearest, traverse::nearest, FnMut(&Hit) -> bool, (ray: &Ray,) -> Option<Hit>);
+entry!(any, traverse::any, FnMut(&Hit) -> bool, (ray: &Ray,) -> bool);
+entry!(nearest_many, stream::nearest, (rays: &[Ray], hits: &mut [Option<Hit>], filter: Filter<'_>));
+entry!(any_many, stream::any, (rays: &[Ray], blocked: &mut [bool], filter: Filter<'_>));

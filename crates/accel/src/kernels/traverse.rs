@@ -15,18 +15,24 @@ use super::stack::{Stack, biggest_first, nearest_first};
 use crate::accel::Accel;
 use crate::blas::{Blas, Other};
 use crate::hit::{Best, Hit, NO_INSTANCE, NOWHERE, place};
-use crate::layout::{ChildRef, FILTER_BIT, Lane, MixedLeaf, NODE, TriBlock, WIDTH, WideTree};
+use crate::layout::{ChildRef, FILTER_BIT, Lane, MixedLeaf, NODE, Node, TriBlock, WIDTH, WideTree};
 use crate::primitive::{Root, triangle};
 use crate::ray_space::RaySpace;
 
 /// What is done at a leaf. Its method must be `inline(always)`, see above.
-trait AtLeaf {
+pub(super) trait AtLeaf {
     fn visit(&mut self, leaf: ChildRef, best: &mut Best);
+
+    /// Of the children in the mask, those worth visiting.
+    #[inline(always)]
+    fn sift(&self, mask: u32, _: &Node) -> u32 {
+        mask
+    }
 }
 
 /// Visits the leaves that the ray meets, until the tree is exhausted or (`ANY`) something is found.
 #[inline(always)]
-fn leaves<L: Lanes<NODE>, const ANY: bool>(
+pub(super) fn leaves<L: Lanes<NODE>, const ANY: bool>(
     tree: &WideTree,
     ray: &NodeRay<L>,
     best: &mut Best,
@@ -43,6 +49,7 @@ fn leaves<L: Lanes<NODE>, const ANY: bool>(
             // SAFETY: the references in a tree are to its own nodes, as `build::collapse` writes them.
             let node = unsafe { tree.nodes.get_unchecked(now.index()) };
             let (mask, entry) = ray.meet(node, best.t);
+            let mask = at.sift(mask, node);
             let next = if ANY {
                 biggest_first(mask, node, &mut stack)
             } else {
@@ -68,38 +75,48 @@ fn leaves<L: Lanes<NODE>, const ANY: bool>(
 
 /// What is the same for all leaves of one structure.
 #[derive(Clone, Copy)]
-struct Visit<'a> {
-    blas: &'a Blas,
-    ray: &'a RaySpace,
-    instance: u32,
+pub(super) struct Visit<'a> {
+    pub(super) blas: &'a Blas,
+    pub(super) ray: &'a RaySpace,
+    pub(super) instance: u32,
     /// No hit lies before this.
-    entry: f32,
+    pub(super) entry: f32,
 }
 
 impl Visit<'_> {
     /// Takes the candidate if it is better and the filter agrees.
     #[inline(always)]
-    fn offer<F: FnMut(&Hit) -> bool>(self, tagged: u32, candidate: Best, best: &mut Best, filter: &mut F) {
+    pub(super) fn offer<F: FnMut(&Hit) -> bool>(
+        self,
+        tagged: u32,
+        candidate: Best,
+        best: &mut Best,
+        filter: &mut F,
+    ) {
         let item = tagged & !FILTER_BIT;
         let at = if candidate.t > self.entry { candidate.t } else { self.entry };
         if !(candidate.t > 0.0 && best.loses_to(at, self.instance, item)) {
             return;
         }
         let candidate = Best { t: at, instance: self.instance, item, ..candidate };
-        if tagged & FILTER_BIT == 0 || self.passes(candidate, filter) {
+        if tagged & FILTER_BIT == 0 {
             *best = candidate;
+        } else if let Some(passed) = self.pass(candidate, filter) {
+            *best = passed;
         }
     }
 
+    /// The candidate with `u` and `v` filled in, if the filter lets it through.
     #[inline(never)]
-    fn passes<F: FnMut(&Hit) -> bool>(self, candidate: Best, filter: &mut F) -> bool {
-        filter(&self.blas.hit(&self.resolve(candidate)))
+    fn pass<F: FnMut(&Hit) -> bool>(self, candidate: Best, filter: &mut F) -> Option<Best> {
+        let candidate = self.resolve(candidate);
+        filter(&self.blas.hit(&candidate)).then_some(candidate)
     }
 
-    /// With `u` and `v` filled in.
+    /// With `u` and `v` filled in, if it is in this structure.
     #[inline(always)]
-    fn resolve(&self, best: Best) -> Best {
-        if best.place == NOWHERE {
+    pub(super) fn resolve(&self, best: Best) -> Best {
+        if best.place == NOWHERE || best.instance != self.instance {
             return best;
         }
         let (block, lane) = ((best.place >> 3) as usize, (best.place & 7) as usize);
@@ -137,13 +154,13 @@ impl Visit<'_> {
 
     #[cold]
     #[inline(never)]
-    fn closer_look(self, block: &TriBlock, lane: usize, entry: f32, exit: f32) -> Option<f32> {
+    pub(super) fn closer_look(self, block: &TriBlock, lane: usize, entry: f32, exit: f32) -> Option<f32> {
         triangle::finish(self.ray, Lane(block, lane), entry, exit).map(|(t, _, _)| t)
     }
 
     /// Primitives that are no triangles at rest.
     #[inline(always)]
-    fn others<F: FnMut(&Hit) -> bool>(self, leaf: MixedLeaf, best: &mut Best, filter: &mut F) {
+    pub(super) fn others<F: FnMut(&Hit) -> bool>(self, leaf: MixedLeaf, best: &mut Best, filter: &mut F) {
         for other in &self.blas.others[leaf.first as usize..(leaf.first + leaf.count) as usize] {
             let (entry, exit) = self.ray.slab(&other.bounds);
             if entry <= exit && entry <= best.t {
@@ -170,9 +187,9 @@ impl Visit<'_> {
         best
     }
 
-    /// Replaces `best` if something better is in the structure.
+    /// Replaces `best` if something better is in the structure; a triangle's `u` and `v` are left to [`Visit::resolve`].
     #[inline(always)]
-    fn run<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool>(
+    pub(super) fn run<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool>(
         &self,
         node: &NodeRay<K::Node>,
         best: &mut Best,
@@ -181,18 +198,15 @@ impl Visit<'_> {
         let block = BlockRay::new(self.ray);
         let at = &mut BlasLeaf::<K, F> { visit: self, block, filter, kernel: PhantomData };
         leaves::<K::Node, ANY>(&self.blas.tree, node, best, at);
-        if !ANY {
-            *best = self.resolve(*best);
-        }
     }
 }
 
 /// At the leaves of one structure.
-struct BlasLeaf<'a, K: Kernel, F> {
-    visit: &'a Visit<'a>,
-    block: BlockRay,
-    filter: &'a mut F,
-    kernel: PhantomData<K>,
+pub(super) struct BlasLeaf<'a, K: Kernel, F> {
+    pub(super) visit: &'a Visit<'a>,
+    pub(super) block: BlockRay,
+    pub(super) filter: &'a mut F,
+    pub(super) kernel: PhantomData<K>,
 }
 
 impl<K: Kernel, F: FnMut(&Hit) -> bool> AtLeaf for BlasLeaf<'_, K, F> {
@@ -249,6 +263,9 @@ where
         let node = NodeRay::new(&local);
         let visit = Visit { blas: &accel.world, ray: &local, instance: NO_INSTANCE, entry: 0.0 };
         visit.run::<K, ANY, F>(&node, &mut best, filter);
+        if !ANY {
+            best = visit.resolve(best);
+        }
         if INSTANCES && !(ANY && best.found) {
             let mut at = TopLeaf::<K, ANY, F> { accel, ray, outer: &local, filter, kernel: PhantomData };
             leaves::<K::Node, ANY>(&accel.top, &node, &mut best, &mut at);
@@ -258,12 +275,12 @@ where
 }
 
 /// At the instances.
-struct TopLeaf<'a, K: Kernel, const ANY: bool, F> {
-    accel: &'a Accel,
-    ray: &'a Ray,
-    outer: &'a RaySpace,
-    filter: &'a mut F,
-    kernel: PhantomData<K>,
+pub(super) struct TopLeaf<'a, K: Kernel, const ANY: bool, F> {
+    pub(super) accel: &'a Accel,
+    pub(super) ray: &'a Ray,
+    pub(super) outer: &'a RaySpace,
+    pub(super) filter: &'a mut F,
+    pub(super) kernel: PhantomData<K>,
 }
 
 impl<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool> AtLeaf for TopLeaf<'_, K, ANY, F> {
@@ -280,6 +297,9 @@ impl<K: Kernel, const ANY: bool, F: FnMut(&Hit) -> bool> AtLeaf for TopLeaf<'_, 
         if local.valid {
             let visit = Visit { blas, ray: &local, instance: leaf.index() as u32, entry };
             visit.run::<K, ANY, F>(&NodeRay::new(&local), best, self.filter);
+            if !ANY {
+                *best = visit.resolve(*best);
+            }
         }
     }
 }

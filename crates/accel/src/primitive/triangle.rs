@@ -97,14 +97,20 @@ impl Edges {
     }
 }
 
-/// Numerator and denominator of `t = N · (p₀ − o) / N · d`.
+/// The first corner, and the normal (twice as long as the area).
 #[inline(always)]
-fn plane(ray: &RaySpace, p: impl Corners) -> (f64, f64) {
+pub(crate) fn normal(p: impl Corners) -> ([f64; 3], [f64; 3]) {
     let wide = |i: usize, axis: usize| f64::from(p.coordinate(i, axis));
     let (ax, ay, az) = (wide(0, 0), wide(0, 1), wide(0, 2));
     let (bx, by, bz) = (wide(1, 0) - ax, wide(1, 1) - ay, wide(1, 2) - az);
     let (cx, cy, cz) = (wide(2, 0) - ax, wide(2, 1) - ay, wide(2, 2) - az);
-    let (nx, ny, nz) = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
+    ([ax, ay, az], [by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx])
+}
+
+/// Numerator and denominator of `t = N · (p₀ − o) / N · d`.
+#[inline(always)]
+fn plane(ray: &RaySpace, p: impl Corners) -> (f64, f64) {
+    let ([ax, ay, az], [nx, ny, nz]) = normal(p);
     let along = nx * f64::from(ray.d[0]) + ny * f64::from(ray.d[1]) + nz * f64::from(ray.d[2]);
     let (px, py, pz) = (ax - f64::from(ray.o[0]), ay - f64::from(ray.o[1]), az - f64::from(ray.o[2]));
     (nx * px + ny * py + nz * pz, along)

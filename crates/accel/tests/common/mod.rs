@@ -1,7 +1,15 @@
 //! Scenes and rays for the tests.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod scenes;
+
 use math::{Dir, Point, Ray, Vec3};
+use steradian_accel::Hit;
+
+/// All that makes a hit.
+pub(crate) fn bits(hit: Option<Hit>) -> Option<[u32; 6]> {
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.instance, h.geometry, h.primitive])
+}
 
 /// Uniform numbers from a counter.
 pub(crate) struct Random(u64);
@@ -128,4 +136,24 @@ pub(crate) fn rays(n: usize, targets: &[Vec3], random: &mut Random) -> Vec<Ray> 
             ray
         })
         .collect()
+}
+
+/// Bundles of up to forty rays that go more or less the same way, to one target.
+pub(crate) fn bundles(n: usize, targets: &[Vec3], random: &mut Random) -> Vec<Ray> {
+    let mut all = Vec::with_capacity(n + 40);
+    while all.len() < n {
+        let (o, target) =
+            (random.vec() * [1.0, 3.0, 20.0][random.below(3)], targets[random.below(targets.len())]);
+        let spread = [0.0, 1e-3, 0.02, 0.1][random.below(4)];
+        let apart = [0.0, 0.0, 1e-2, 0.1][random.below(4)];
+        let end =
+            if random.below(3) == 0 { (target - o).length() * 1.1 * random.unit() } else { f32::INFINITY };
+        let time = random.unit();
+        for _ in 0..random.below(41) {
+            let o = o + random.vec() * apart;
+            let d = (target - o) + random.vec() * (spread * (target - o).length());
+            all.push(Ray { t_max: end, ..Ray::new(Point(o), Dir::normalize(d), time) });
+        }
+    }
+    all
 }
