@@ -53,4 +53,5 @@ pub use geometry::{Geometry, Shape};
 pub use hit::{Hit, NO_INSTANCE, accept_all, accept_all_of};
 pub use instance::Instance;
 pub use isa::Isa;
+pub use kernels::{Wide, has_lanes, run_wide};
 pub use primitive::{Curve, CurveKind, Cylinder, Disk, Sphere, share_of_motion, vertex_between};

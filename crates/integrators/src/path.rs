@@ -11,13 +11,16 @@
 //! Without `shadow_rays` the walk alone finds emitters; delta lights are then invisible and contribute nothing.
 
 mod inside;
+mod wide;
 
+use accel::Hit;
 use sampling::{Pdf, Sampler, SolidAngle};
 use scatter::TransportMode;
 use scene::{LightContext, Scene, Shading, SurfaceInteraction};
 use spectrum::Spectrum;
 
 use self::inside::Event;
+use self::wide::PathLoop;
 use crate::Integrator;
 use crate::common::{
     CameraEstimator, CameraPath, DirectLight, DirectionSample, DirectionSampling, LightStrategy, PathOutput,
@@ -87,7 +90,7 @@ fn make(p: &Parameters, making: &Making<'_>) -> Box<dyn Integrator> {
         shortcut: (),
         guide: None,
     };
-    Box::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) })
+    Box::new(PathLoop::new(PixelLoop { estimator, sampler: sampler_of(making.sampler, making.seed) }))
 }
 
 /// The estimator; a [`Shortcut`] may stand for a part of it.
@@ -133,34 +136,40 @@ impl<S: Shortcut> Path<S> {
     /// Walks from where the walk is, to its end.
     pub(crate) fn walk(&self, walk: &mut Walker<'_>) {
         loop {
-            // Nearest surface, unless a medium scatters before; a path that leaves the scene may find the sky.
             walk.counters.rays += 1;
             let hit = walk.scene.intersect(&walk.ray);
-            if let Some(medium) = walk.around.medium() {
-                match self.fly(walk, medium, hit.map_or(f32::INFINITY, |h| h.t)) {
-                    Event::None => {}
-                    Event::Scattered => continue,
-                    Event::End => return,
-                }
-            }
-            let Some(hit) = hit else {
-                walk.add(self.sky(walk));
-                return;
-            };
-            let si = walk.scene.interaction(&walk.ray, &hit);
-
-            // The walk itself found an emitter.
-            walk.add(self.emission(walk, &si));
-            let Some(shading) = walk.scene.shade(&si, &walk.around, walk.wl) else {
-                // A border of media is no scattering event.
-                walk.around = walk.scene.surroundings_after(&si, walk.ray.dir, &walk.around);
-                walk.ray = si.spawn_ray(walk.ray.dir);
-                continue;
-            };
-            if !self.scatter(walk, &si, &shading) {
+            if !self.arrive(walk, hit) {
                 return;
             }
         }
+    }
+
+    /// Goes to the nearest surface, which is at `hit`, unless a medium scatters before; a path that leaves the scene may find the
+    /// sky. False if the walk ends there.
+    #[inline]
+    fn arrive(&self, walk: &mut Walker<'_>, hit: Option<Hit>) -> bool {
+        if let Some(medium) = walk.around.medium() {
+            match self.fly(walk, medium, hit.map_or(f32::INFINITY, |h| h.t)) {
+                Event::None => {}
+                Event::Scattered => return true,
+                Event::End => return false,
+            }
+        }
+        let Some(hit) = hit else {
+            walk.add(self.sky(walk));
+            return false;
+        };
+        let si = walk.scene.interaction(&walk.ray, &hit);
+
+        // The walk itself found an emitter.
+        walk.add(self.emission(walk, &si));
+        let Some(shading) = walk.scene.shade(&si, &walk.around, walk.wl) else {
+            // A border of media is no scattering event.
+            walk.around = walk.scene.surroundings_after(&si, walk.ray.dir, &walk.around);
+            walk.ray = si.spawn_ray(walk.ray.dir);
+            return true;
+        };
+        self.scatter(walk, &si, &shading)
     }
 
     /// Russian roulette.

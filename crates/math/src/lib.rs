@@ -15,6 +15,7 @@ mod transform;
 
 pub mod error_bound;
 pub mod hash;
+pub mod lanes;
 pub mod trig;
 
 pub use bounds::{Bounds, Bounds2i};

@@ -12,8 +12,10 @@ pub mod warp;
 
 mod pdf;
 mod sampler;
+mod sobol_lanes;
 
 pub use pdf::{
     Area, Geometry, Length, Measure, Pdf, PrimarySpace, ProjectedSolidAngle, SolidAngle, Volume, Wavelength,
 };
-pub use sampler::{Sampler, SamplerKind};
+pub use sampler::{PathState, Sampler, SamplerKind};
+pub use sobol_lanes::{LongsOf, SobolLanes};

@@ -62,6 +62,17 @@ enum Source {
     Replay(Vec<f32>),
 }
 
+/// Where a Sobol' path is, so that it can go on later, or beside others in lanes ([`crate::SobolLanes`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathState {
+    /// Hash of what the path belongs to.
+    pub key: u64,
+    /// Which point of the sequence, its bits reversed: the same for all camera paths of a pass.
+    pub index: u32,
+    /// Which request comes next.
+    pub dimension: u32,
+}
+
 /// Domains that keep the numbers of camera paths, light paths and recorded paths apart.
 const CAMERA: u64 = 0xca_3e7a;
 const LIGHT: u64 = 0x11_9477;
@@ -122,6 +133,21 @@ impl Sampler {
             // A recorded path is what it is; only the reading starts over.
             Source::Replay(_) => {}
         }
+    }
+
+    /// Where the path is; `None` for other kinds than Sobol'.
+    #[must_use]
+    pub fn path_state(&self) -> Option<PathState> {
+        match self.source {
+            Source::Sobol => Some(PathState { key: self.key, index: self.index, dimension: self.dimension }),
+            Source::Independent | Source::Stratified { .. } | Source::Replay(_) => None,
+        }
+    }
+
+    /// Goes on where another Sobol' sampler, or this one, was.
+    #[inline]
+    pub fn resume(&mut self, state: PathState) {
+        (self.key, self.index, self.dimension) = (state.key, state.index, state.dimension);
     }
 
     /// Which request comes next.

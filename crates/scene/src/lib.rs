@@ -19,6 +19,7 @@ mod shapes;
 mod specular;
 mod surroundings;
 mod textures;
+pub mod wide;
 
 pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
 pub use compile::{CompileOptions, Kept, compile, recompile};

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Shadow rays end this fraction short of their light, so that rounding cannot make it shadow itself.
-const SHADOW_EPSILON: f32 = 1e-4;
+pub(crate) const SHADOW_EPSILON: f32 = 1e-4;
 
 /// Everything that a render reads: immutable.
 pub struct Scene {
@@ -356,7 +356,7 @@ impl Scene {
     }
 
     #[inline]
-    fn shape_of(&self, hit: &Hit) -> ShapeId {
+    pub(crate) fn shape_of(&self, hit: &Hit) -> ShapeId {
         let base = match hit.instance {
             NO_INSTANCE => 0,
             i => self.object_base[self.instances[i as usize].object as usize],

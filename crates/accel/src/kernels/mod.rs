@@ -13,8 +13,11 @@ mod scalar;
 mod stack;
 mod stream;
 mod traverse;
+mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_wide;
 
 use math::Ray;
 
@@ -23,6 +26,7 @@ use crate::hit::Hit;
 use crate::isa::Isa;
 
 pub(crate) use stack::MAX_DEPTH;
+pub use wide::{Wide, has_lanes, run_wide};
 
 /// Can this processor run the kernel?
 pub(crate) fn is_available(isa: Isa) -> bool {

@@ -179,6 +179,11 @@ pub(crate) struct Gathered {
 }
 
 impl Gathered {
+    /// With all lanes.
+    pub(crate) fn of(all: Spectrum) -> Self {
+        Self { all, hero: 0.0 }
+    }
+
     pub(crate) fn add(&mut self, value: Spectrum, is_terminated: bool) {
         match is_terminated {
             true => self.hero += value.lanes()[0],

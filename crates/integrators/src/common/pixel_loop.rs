@@ -88,6 +88,19 @@ impl<E: CameraEstimator> PixelLoop<E> {
         sampler: &mut Sampler,
         out: &mut PathOutput<'_>,
     ) -> Option<(Spectrum, Wavelengths)> {
+        let (mut path, weight) = self.camera_path(ctx, raster, sampler, out.counters)?;
+        let radiance = self.estimator.radiance(ctx.scene, &mut path, sampler, out);
+        Some((radiance * weight, path.wl))
+    }
+
+    /// A path through a point of the film, and what the radiance that it brings counts; `None` where no ray starts.
+    pub(crate) fn camera_path(
+        &self,
+        ctx: PassContext<'_>,
+        raster: [f32; 2],
+        sampler: &mut Sampler,
+        counters: &mut Counters,
+    ) -> Option<(CameraPath, f32)> {
         let scene = ctx.scene;
         let shared = self.estimator.shared();
         let wl = match (shared, scene.settings().spectral) {
@@ -102,11 +115,9 @@ impl<E: CameraEstimator> PixelLoop<E> {
             None => 0.0,
         };
 
-        out.counters.camera_paths += 1;
+        counters.camera_paths += 1;
         let camera_ray = scene.camera.generate_ray(raster, u_lens, u_time)?;
-        let mut path = CameraPath { ray: camera_ray.ray, wl, pass: ctx.pass };
-        let radiance = self.estimator.radiance(scene, &mut path, sampler, out);
-        Some((radiance * camera_ray.weight, path.wl))
+        Some((CameraPath { ray: camera_ray.ray, wl, pass: ctx.pass }, camera_ray.weight))
     }
 }
 

@@ -63,6 +63,11 @@ impl Roulette {
         self.survive(depth, Spectrum::splat(share), 1.0, sampler)
     }
 
+    /// The depths from which paths that carry little may end, and from which all may.
+    pub(crate) fn depths(self) -> [u32; 2] {
+        [self.rr_depth, ENDLESS]
+    }
+
     /// The chance to go on.
     fn chance(self, depth: u32, throughput: Spectrum, eta_scale: f32) -> f32 {
         let most = if depth < ENDLESS { 1.0 } else { 0.95 };

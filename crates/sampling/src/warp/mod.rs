@@ -5,6 +5,7 @@
 
 mod disk;
 mod hemisphere;
+mod lanes;
 mod line;
 mod octahedral;
 mod spherical;
@@ -15,6 +16,9 @@ pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, uniform_cone, uniform_cone_inverse,
     uniform_cone_pdf, uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_sphere,
     uniform_sphere_inverse, uniform_sphere_pdf,
+};
+pub use lanes::{
+    SphericalRectangleLanes, concentric_disk_lanes, cosine_hemisphere_lanes, uniform_triangle_lanes,
 };
 pub use line::{
     Equiangular, bilinear, bilinear_inverse, bilinear_pdf, exponential, exponential_inverse, exponential_pdf,

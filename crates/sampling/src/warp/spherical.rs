@@ -27,7 +27,9 @@ pub struct DirectionOnShape {
 }
 
 /// Below this, in steradian, a shape counts as seen edge-on.
-const SMALLEST: f64 = 1e-14;
+pub(super) const SMALLEST: f64 = 1e-14;
+/// Up to this angle its sine and cosine are their series.
+pub(super) const SERIES_MOST: f64 = 0.75;
 
 /// A triangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
@@ -131,12 +133,12 @@ fn orthogonal(x: DVec3, y: DVec3) -> DVec3 {
 /// A rectangle, ready to be seen from many points.
 #[derive(Clone, Copy, Debug)]
 pub struct Rectangle {
-    corner: DVec3,
+    pub(super) corner: DVec3,
     /// World axes along the edges and along the normal.
-    axes: [DVec3; 3],
+    pub(super) axes: [DVec3; 3],
     /// Lengths of the edges, and their reciprocals.
-    size: [f64; 2],
-    inv_size: [f64; 2],
+    pub(super) size: [f64; 2],
+    pub(super) inv_size: [f64; 2],
 }
 
 /// A rectangle as seen from a point.
@@ -285,7 +287,7 @@ impl SphericalRectangle<'_> {
 /// The unit number with this argument in [0, π].
 #[inline]
 fn turn(angle: f64) -> Complex {
-    if angle > 0.75 {
+    if angle > SERIES_MOST {
         let (im, re) = trig::sin_cos(angle);
         return Complex { re, im };
     }

@@ -22,6 +22,13 @@ impl Diffuse {
     pub fn new(reflectance: Spectrum) -> Self {
         Self { reflectance }
     }
+
+    /// The part of the light that is reflected.
+    #[must_use]
+    #[inline]
+    pub fn reflectance(&self) -> Spectrum {
+        self.reflectance
+    }
 }
 
 impl BsdfKind for Diffuse {

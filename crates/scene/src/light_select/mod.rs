@@ -102,6 +102,16 @@ impl LightSelector {
         }
     }
 
+    /// The light that every point gets, with certainty, if there is but one.
+    #[inline]
+    #[must_use]
+    pub fn only(&self) -> Option<LightId> {
+        match &self.strategy {
+            Strategy::Spatial(Spatial { finite: Finite::One(light), .. }) => Some(*light),
+            Strategy::Spatial(_) | Strategy::Uniform { .. } | Strategy::Power => None,
+        }
+    }
+
     /// A light for the point, and its probability; `None` if no light reaches it.
     #[inline]
     #[must_use]

@@ -1,14 +1,16 @@
 //! A surface that emits the same radiance in all directions of its side, or of both.
 
+use math::lanes::{Floats, Vec3Lanes};
 use math::{Dir, Point, Vec2, Vec3};
 use sampling::{Area, Pdf, SolidAngle};
 use scatter::Density;
 use spectrum::{Spectrum, Wavelengths};
 
 use super::emission::Emission;
-use super::emitter::{Emitter, SurfaceSample};
+use super::emitter::{Emitter, FlatEmitter, SurfaceSample};
 use super::{Light, LightSample, Lights};
 use crate::LightId;
+use crate::wide::LightLanes;
 
 /// A place on an emitting surface.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +49,35 @@ impl Lights {
         };
         let place = LightPlace { p: s.p, p_error: s.p_error, n: s.n, uv: s.uv, pdf: s.pdf };
         s.pdf.is_positive().then_some(place)
+    }
+}
+
+/// A flat lamp of even radiance, as lanes draw it.
+#[derive(Clone, Copy)]
+pub(crate) struct FlatLamp<'a> {
+    emitter: FlatEmitter<'a>,
+    le: Spectrum,
+    two_sided: bool,
+}
+
+impl FlatLamp<'_> {
+    /// [`Lights::sample`] for sixteen points, and where it is right: elsewhere the light must be asked for each.
+    #[inline(always)]
+    pub(crate) fn sample<F: Floats>(&self, from: Vec3Lanes<F>, u: [F; 2]) -> (LightLanes<F>, F::Mask) {
+        let (at, n, pdf, is_right) = self.emitter.sample_lanes::<F>(from, u);
+        (LightLanes::of_lamp(from, (at, n), pdf, (self.le, self.two_sided)), is_right)
+    }
+}
+
+impl Lights {
+    /// The light as a lamp that lanes can draw, if it is one.
+    #[inline]
+    pub(crate) fn flat_lamp(&self, light: LightId, wavelengths: &Wavelengths) -> Option<FlatLamp<'_>> {
+        let Light::Area(area) = &self.list[light.index()] else { return None };
+        let emitter = area.emitter.flat().filter(|_| area.visible)?;
+        let emission = &self.emissions[area.emission as usize];
+        let le = emission.value(wavelengths) * area.factor;
+        (!emission.is_image()).then_some(FlatLamp { emitter, le, two_sided: area.two_sided })
     }
 }
 

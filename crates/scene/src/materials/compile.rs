@@ -19,7 +19,7 @@ use super::look::{Look, PlasticLook};
 use super::measured::MeasuredLook;
 use super::parameters::{Base, Lookup, ProfileKey};
 use super::subsurface::Interior;
-use super::{Material, Materials, Relief, Surface};
+use super::{Material, Materials, Relief, Surface, matt_ones};
 use crate::MaterialId;
 use crate::textures::{FloatHandle, SpectrumHandle, TextureCompiler};
 
@@ -55,7 +55,8 @@ impl Materials {
             }
         }
         let has_diffusion = list.iter().any(|m| m.diffuser().is_some());
-        Self { list, profiles, interiors, has_diffusion }
+        let matt = matt_ones(&list);
+        Self { list, profiles, interiors, has_diffusion, matt }
     }
 }
 

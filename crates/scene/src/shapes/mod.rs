@@ -62,6 +62,15 @@ pub(crate) enum ShapeGeometry {
     Strand(Strand),
 }
 
+impl Shape {
+    /// Does it emit?
+    #[inline]
+    #[must_use]
+    pub fn is_lamp(&self) -> bool {
+        self.first_light.is_some()
+    }
+}
+
 impl ShapeGeometry {
     /// The surface at a hit, in the space in which the geometry is stored. `p` is the hit point there. Meshes, which are
     /// most of what is hit, leave out what is not asked for.

@@ -19,12 +19,13 @@ mod patch;
 mod sphere;
 mod triangle;
 
+use math::lanes::{Floats, PointLanes, Vec3Lanes};
 use math::{Bounds, Dir, Point, Vec2, Vec3};
 use sampling::{Area, Geometry, Measure, Pdf, SolidAngle};
 
 pub(crate) use cylinder::Cylinder;
 pub(crate) use disk::Disk;
-pub(crate) use patch::Patch;
+pub(crate) use patch::{FlatRectangle, Patch};
 pub(crate) use sphere::Sphere;
 pub(crate) use triangle::Triangle;
 
@@ -76,7 +77,57 @@ impl<M: Measure> SurfaceSample<M> {
     }
 }
 
+/// A flat emitter, of which sixteen points can be drawn at once.
+#[derive(Clone, Copy)]
+pub(crate) enum FlatEmitter<'a> {
+    Triangle(&'a Triangle),
+    Rectangle(FlatRectangle<'a>),
+}
+
+/// Points, normals, densities per steradian, and where all that is right.
+pub(super) type SampleLanes<F> = (PointLanes<F>, Vec3Lanes<F>, F, <F as Floats>::Mask);
+
+impl FlatEmitter<'_> {
+    /// [`Emitter::sample`] from sixteen points: densities are zero where there is no sample.
+    #[inline(always)]
+    pub(crate) fn sample_lanes<F: Floats>(&self, from: Vec3Lanes<F>, u: [F; 2]) -> SampleLanes<F> {
+        match self {
+            Self::Triangle(t) => t.sample_lanes(from, u),
+            Self::Rectangle(r) => r.sample_lanes(from, u),
+        }
+    }
+}
+
+/// [`Pdf::to_solid_angle`] of a density by area with [`geometry`]; zero where that is `None`.
+#[inline(always)]
+fn to_solid_angle<F: Floats>(pdf: F, from: Vec3Lanes<F>, p: Vec3Lanes<F>, n: Vec3Lanes<F>) -> F {
+    let zero = F::splat(0.0);
+    let d = from - p;
+    let distance_squared = d.dot(d);
+    let abs_cos = n.dot(d).abs() / distance_squared.sqrt();
+    let pdf = pdf * distance_squared / abs_cos;
+    let is_seen = zero.lt(distance_squared) & zero.lt(abs_cos) & pdf.is_finite();
+    pdf.or_else(is_seen, zero)
+}
+
+/// [`is_far`] of sixteen points.
+#[inline(always)]
+fn is_far_lanes<F: Floats>(from: Vec3Lanes<F>, middle: Vec3, radius_squared: f32) -> F::Mask {
+    let d = from - Vec3Lanes::splat(middle);
+    d.dot(d).gt(F::splat(FAR * FAR * radius_squared))
+}
+
 impl Emitter {
+    /// As one that lanes can draw.
+    #[inline]
+    pub(crate) fn flat(&self) -> Option<FlatEmitter<'_>> {
+        match self {
+            Self::Triangle(t) => Some(FlatEmitter::Triangle(t)),
+            Self::Patch(p) => p.flat_rectangle().map(FlatEmitter::Rectangle),
+            Self::Sphere(_) | Self::Disk(_) | Self::Cylinder(_) => None,
+        }
+    }
+
     /// World area.
     pub(crate) fn area(&self) -> f32 {
         match self {

@@ -4,10 +4,11 @@
 //! [PBR4e, sec. 6.6.2]. The parameters of a point are found again by inverting the patch's projection along its
 //! largest normal component; of the quadratic's two roots the one counts whose point is nearer.
 
+use math::lanes::{Floats, Mask, PointLanes, Vec3Lanes};
 use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma};
 use sampling::{Area, Pdf, SolidAngle, warp};
 
-use super::{NormalCone, SurfaceSample, is_far};
+use super::{NormalCone, SampleLanes, SurfaceSample, is_far, is_far_lanes, to_solid_angle};
 
 /// Below this solid angle, in sr, digits are lost.
 const LEAST_SOLID_ANGLE: f32 = 1e-4;
@@ -133,6 +134,13 @@ impl Patch {
             .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE && r.solid_angle() < MOST_SOLID_ANGLE)
     }
 
+    /// The patch as a rectangle with one normal, if it is one.
+    #[inline]
+    pub(super) fn flat_rectangle(&self) -> Option<FlatRectangle<'_>> {
+        let (rectangle, n) = (self.rectangle.as_ref()?, self.flat?);
+        Some(FlatRectangle { patch: self, rectangle, n })
+    }
+
     #[inline]
     fn at<M: sampling::Measure>(&self, uv: [f32; 2], pdf: Pdf<M>) -> SurfaceSample<M> {
         SurfaceSample {
@@ -195,6 +203,45 @@ impl Patch {
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|c| self.normal(c));
         let cos_theta = corners.iter().fold(1.0_f32, |c, n| c.min(n.dot(axis)));
         if cos_theta > 0.0 { NormalCone { axis, cos_theta } } else { NormalCone::ALL }
+    }
+}
+
+/// A patch that is a rectangle.
+#[derive(Clone, Copy)]
+pub(crate) struct FlatRectangle<'a> {
+    patch: &'a Patch,
+    rectangle: &'a warp::Rectangle,
+    n: Dir,
+}
+
+impl FlatRectangle<'_> {
+    /// [`super::Emitter::sample`] from sixteen points, and where it is right: all but very close to it.
+    #[inline(always)]
+    pub(super) fn sample_lanes<F: Floats>(&self, from: Vec3Lanes<F>, u: [F; 2]) -> SampleLanes<F> {
+        let (patch, c) = (self.patch, F::splat);
+        let is_near = !is_far_lanes(from, patch.middle, patch.radius_squared);
+        let (mut uv, mut pdf_near, mut by_angle) = (u, c(0.0), F::Mask::from_bits(0));
+        let mut is_right = F::Mask::from_bits(u32::MAX);
+        if is_near.any() {
+            let (seen, usable) = self.rectangle.seen_from_lanes::<F>(from);
+            let angle = seen.solid_angle();
+            let is_good = angle.gt(c(LEAST_SOLID_ANGLE)) & angle.lt(c(MOST_SOLID_ANGLE));
+            by_angle = is_near & usable & is_good;
+            let (coordinates, is_exact) = seen.coordinates(u);
+            uv = [coordinates[0].or_else(by_angle, u[0]), coordinates[1].or_else(by_angle, u[1])];
+            pdf_near = seen.pdf();
+            is_right = is_exact | !by_angle;
+        }
+        let [a, b] = uv;
+        let one = c(1.0);
+        let [p00, p10, p01, p11] = patch.p;
+        let splat = Vec3Lanes::<F>::splat;
+        let p = (splat(p00) * (one - a) + splat(p10) * a) * (one - b)
+            + (splat(p01) * (one - a) + splat(p11) * a) * b;
+        let n = splat(self.n.0);
+        let far = to_solid_angle(c(1.0 / patch.area), from, p, n);
+        let pdf = pdf_near.or_else(by_angle, far);
+        (PointLanes { p, error: splat(patch.p_error) }, n, pdf, is_right)
     }
 }
 

@@ -6,10 +6,11 @@
 //!
 //! Left out: warping by the receiver's cosine [PBR4e, sec. 6.5.4].
 
+use math::lanes::{Floats, PointLanes, Vec3Lanes};
 use math::{Bounds, Dir, Point, Vec2, Vec3, error_bound::gamma, trig};
 use sampling::{Area, Pdf, SolidAngle, warp};
 
-use super::{NormalCone, SurfaceSample, is_far};
+use super::{NormalCone, SampleLanes, SurfaceSample, is_far, is_far_lanes, to_solid_angle};
 
 /// Below this solid angle, in sr, digits are lost.
 const LEAST_SOLID_ANGLE: f32 = 3e-4;
@@ -65,12 +66,37 @@ impl Triangle {
         Some(self.at(b1, (1.0 - b0 - b1).max(0.0), pdf))
     }
 
-    /// `None`: by area.
-    pub(crate) fn pdf(&self, from: Point) -> Option<Pdf<SolidAngle>> {
+    /// [`super::Emitter::sample`] from sixteen points, and where it is right: from where the triangle is far.
+    #[inline(always)]
+    pub(super) fn sample_lanes<F: Floats>(&self, from: Vec3Lanes<F>, u: [F; 2]) -> SampleLanes<F> {
+        let (middle, radius_squared) = self.extent();
+        let is_far = is_far_lanes(from, middle, radius_squared);
+        let [_, b1, b2] = warp::uniform_triangle_lanes(u);
+        let c = F::splat;
+        let b0 = c(1.0) - b1 - b2;
+        let splat = Vec3Lanes::<F>::splat;
+        let p = splat(self.p0) + splat(self.e1) * b1 + splat(self.e2) * b2;
+        let error = splat((self.p0.abs() + self.e1.abs() + self.e2.abs()) * gamma(6));
+        let n = splat(Dir::normalize(self.cross()).0);
+        let facing = b0 * c(self.facing[0]) + b1 * c(self.facing[1]) + b2 * c(self.facing[2]);
+        let n = n.negated_where(facing.lt(c(0.0)));
+        let pdf = to_solid_angle(c(self.pdf_area().value()), from, p, n);
+        (PointLanes { p, error }, n, pdf, is_far)
+    }
+
+    /// Its middle, and the square of a radius around it.
+    #[inline]
+    fn extent(&self) -> (Vec3, f32) {
         // No corner is farther from the middle than two thirds of the longest edge.
         let edges = [self.e1, self.e2, self.e2 - self.e1].map(Vec3::length_squared);
         let longest = edges[0].max(edges[1]).max(edges[2]);
-        if is_far(from, self.p0 + (self.e1 + self.e2) * (1.0 / 3.0), longest * (4.0 / 9.0)) {
+        (self.p0 + (self.e1 + self.e2) * (1.0 / 3.0), longest * (4.0 / 9.0))
+    }
+
+    /// `None`: by area.
+    pub(crate) fn pdf(&self, from: Point) -> Option<Pdf<SolidAngle>> {
+        let (middle, radius_squared) = self.extent();
+        if is_far(from, middle, radius_squared) {
             return None;
         }
         let to_p0 = self.p0 - from.0;
