@@ -17,6 +17,7 @@ mod bump;
 mod compile;
 mod half_space;
 mod look;
+mod matt;
 mod measured;
 mod metal;
 mod parameters;
@@ -28,6 +29,8 @@ use scatter::{Bsdf, CoatProfiles, Conductor, DiffusionProfile, ThinDielectric};
 use spectrum::{Spectrum, Wavelengths};
 
 use self::look::Look;
+pub(crate) use self::matt::Matt;
+use self::matt::matt_ones;
 use self::parameters::Lookup;
 use self::subsurface::Diffuser;
 pub(crate) use self::subsurface::Interior;
@@ -68,17 +71,6 @@ pub(crate) enum Detail {
     Tangents,
     /// How the normal changes too.
     Curvature,
-}
-
-/// Is a material matt: does it reflect by Lambert's law alone?
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Matt {
-    /// It is not, or not surely.
-    No,
-    /// Wherever it is looked up.
-    Varying,
-    /// With this reflectance on the side of the normal and on the other, everywhere, in the frame of the form.
-    Constant([Spectrum; 2]),
 }
 
 /// A surface point, ready for transport.
@@ -141,26 +133,6 @@ enum Relief {
     Bump(FloatHandle),
     /// Normals in tangent space.
     NormalMap(bump::NormalMap),
-}
-
-/// Which of the materials are matt.
-fn matt_ones(list: &[Material]) -> Vec<Matt> {
-    let of_one = |m: &Material| match (&m.surface, &m.constant, m.relief) {
-        (Surface::Look(_), Some(Bsdf::Diffuse(d)), Relief::None) => Matt::Constant([d.reflectance(); 2]),
-        (Surface::Look(Look::Diffuse { .. }), ..) => Matt::Varying,
-        (Surface::Look(_) | Surface::Mix { .. } | Surface::TwoSided { .. }, ..) => Matt::No,
-        (Surface::Pane(_) | Surface::Interface, ..) => Matt::No,
-    };
-    let of_side = |id: &MaterialId| list.get(id.index()).map_or(Matt::No, of_one);
-    let of = |m: &Material| match &m.surface {
-        Surface::TwoSided { front, back } => match (of_side(front), of_side(back)) {
-            (Matt::Constant([front, _]), Matt::Constant([_, back])) => Matt::Constant([front, back]),
-            (Matt::No, _) | (_, Matt::No) => Matt::No,
-            (Matt::Varying | Matt::Constant(_), _) => Matt::Varying,
-        },
-        Surface::Look(_) | Surface::Mix { .. } | Surface::Pane(_) | Surface::Interface => of_one(m),
-    };
-    list.iter().map(of).collect()
 }
 
 impl Material {
@@ -234,12 +206,6 @@ impl Materials {
         let diffuser = self.list[si.material.index()].diffuser()?;
         let ctx = TextureContext::at(si, *footprint);
         Some(diffuser.at(&mut Lookup::at(textures, &ctx, wl)))
-    }
-
-    /// Is it matt?
-    #[inline]
-    pub(crate) fn matt(&self, id: MaterialId) -> &Matt {
-        &self.matt[id.index()]
     }
 
     /// The priority of the body that a material bounds, if it has one.

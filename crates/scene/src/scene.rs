@@ -181,15 +181,18 @@ impl Scene {
         if !self.shadow_filter {
             return self.accel.occluded(ray, &mut accept_all);
         }
-        self.accel.occluded(ray, &mut |hit: &Hit| {
-            let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
-                Gaps::Nowhere => true,
-                Gaps::WhereDisplaced => BODIES_COUNT,
-                Gaps::Somewhere => !self.materials.is_interface(&self.textures, &self.interaction(ray, hit)),
-                Gaps::Everywhere => false,
-            };
-            is_surface && self.is_there(ray, hit)
-        })
+        self.accel.occluded(ray, &mut |hit: &Hit| self.blocks::<BODIES_COUNT>(ray, hit))
+    }
+
+    /// Does what a shadow ray meets keep light off?
+    pub(crate) fn blocks<const BODIES_COUNT: bool>(&self, ray: &Ray, hit: &Hit) -> bool {
+        let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
+            Gaps::Nowhere => true,
+            Gaps::WhereDisplaced => BODIES_COUNT,
+            Gaps::Somewhere => !self.materials.is_interface(&self.textures, &self.interaction(ray, hit)),
+            Gaps::Everywhere => false,
+        };
+        is_surface && self.is_there(ray, hit)
     }
 
     /// The ray from a point to a light sample, just short of the light.
@@ -365,7 +368,7 @@ impl Scene {
     }
 
     /// Cut-outs: a hit counts with the probability that its alpha says, decided by a hash of where and from where.
-    fn is_there(&self, ray: &Ray, hit: &Hit) -> bool {
+    pub(crate) fn is_there(&self, ray: &Ray, hit: &Hit) -> bool {
         let shape = &self.shapes[self.shape_of(hit).index()];
         let Some(alpha) = &shape.alpha else { return true };
         let uv = shape.geometry.uv(hit);

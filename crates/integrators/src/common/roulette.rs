@@ -1,5 +1,6 @@
 //! Russian roulette: paths that carry little end early, the others are paid for it; the mean stays [Arvo1990].
 
+use math::lanes::{Floats, Words};
 use sampling::Sampler;
 use spectrum::Spectrum;
 
@@ -63,11 +64,6 @@ impl Roulette {
         self.survive(depth, Spectrum::splat(share), 1.0, sampler)
     }
 
-    /// The depths from which paths that carry little may end, and from which all may.
-    pub(crate) fn depths(self) -> [u32; 2] {
-        [self.rr_depth, ENDLESS]
-    }
-
     /// The chance to go on.
     fn chance(self, depth: u32, throughput: Spectrum, eta_scale: f32) -> f32 {
         let most = if depth < ENDLESS { 1.0 } else { 0.95 };
@@ -76,6 +72,17 @@ impl Roulette {
         } else {
             (throughput.max_component() * eta_scale * self.patience).min(most)
         }
+    }
+
+    /// The chances of sixteen paths to go on.
+    #[inline(always)]
+    pub(crate) fn chance_lanes<F: Floats>(self, depth: F::Words, throughput: [F; 4], eta_scale: F) -> F {
+        let one = F::splat(1.0);
+        let is_below = |d: u32| depth.lt_signed(F::Words::splat(d));
+        let most = one.or_else(is_below(ENDLESS), F::splat(0.95));
+        let [a, b, c, d] = throughput;
+        let brightest = a.max(b).max(c.max(d));
+        one.or_else(is_below(self.rr_depth), (brightest * eta_scale * F::splat(self.patience)).min(most))
     }
 }
 

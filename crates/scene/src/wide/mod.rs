@@ -9,29 +9,25 @@ mod surface;
 pub use lamps::{LightLanes, PlaceLanes};
 pub use surface::{Corners, Given, MattSurface, SurfaceLanes};
 
-use accel::{Hit, accept_all};
+use accel::{Hit, accept_all_of};
 use math::Ray;
 
 use crate::Scene;
 
 impl Scene {
     /// [`Scene::intersect`] of each ray.
-    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         if !self.hit_filter {
-            return self.accel.intersect_batch(rays, hits, &mut accept_all);
+            return self.accel.intersect_many(rays, hits, &mut accept_all_of);
         }
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.intersect(ray);
-        }
+        self.accel.intersect_many(rays, hits, &mut |i, hit| self.is_there(&rays[i], hit));
     }
 
     /// [`Scene::occluded`] of each ray.
-    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
+    pub fn occluded_many(&self, rays: &[Ray], occluded: &mut [bool]) {
         if !self.shadow_filter {
-            return self.accel.occluded_batch(rays, occluded, &mut accept_all);
+            return self.accel.occluded_many(rays, occluded, &mut accept_all_of);
         }
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.occluded(ray);
-        }
+        self.accel.occluded_many(rays, occluded, &mut |i, hit| self.blocks::<true>(&rays[i], hit));
     }
 }

@@ -70,7 +70,7 @@ impl<'a> Step<'a> {
     /// Takes it: those that go on are left.
     pub(super) fn take(mut self, paths: &mut Paths, shadows: &mut Shadows) {
         let n = paths.len();
-        self.scene.intersect_batch(&paths.rays, &mut paths.hits[..n]);
+        self.scene.intersect_many(&paths.rays, &mut paths.hits[..n]);
 
         shadows.rays.clear();
         shadows.light.clear();
@@ -87,7 +87,7 @@ impl<'a> Step<'a> {
         paths.rays.truncate(n_on.unwrap_or(0));
 
         let occluded = &mut shadows.occluded[..shadows.rays.len()];
-        self.scene.occluded_batch(&shadows.rays, occluded);
+        self.scene.occluded_many(&shadows.rays, occluded);
         for ((light, slot), occluded) in shadows.light.iter().zip(&*occluded) {
             if !occluded {
                 self.radiance[*slot as usize] += Spectrum::from_rgb(*light);
@@ -174,9 +174,9 @@ impl Groups<'_, '_> {
         let dir = surface.frame.to_world(wi);
         let origin = offset_ray_origin(&surface.at, surface.ng, dir);
 
-        let brightest = a.max(b).max(d.max(e));
         let depth = sixteen.depth + F::Words::splat(1);
-        let (on, factor) = self.survive(on, (depth, brightest * sixteen.eta_scale), &mut sixteen.numbers);
+        let chance = self.step.path.roulette.chance_lanes(depth, [a, b, d, e], sixteen.eta_scale);
+        let (on, factor) = survive(on, chance, &mut sixteen.numbers);
 
         let (paths, n) = (&mut *self.paths, self.n_on);
         let t = column::THROUGHPUT;
@@ -201,27 +201,6 @@ impl Groups<'_, '_> {
             paths.rays[self.n_on] = ray;
             self.n_on += 1;
         });
-    }
-
-    /// Russian roulette: which of `on` survive, and what their throughputs are paid. See [`crate::common::Roulette`].
-    #[inline(always)]
-    fn survive<F: Floats>(
-        &self,
-        on: F::Mask,
-        (depth, chance): (F::Words, F),
-        numbers: &mut SobolLanes<F>,
-    ) -> (F::Mask, F) {
-        let one = F::splat(1.0);
-        let [rr_depth, endless] = self.step.path.roulette.depths();
-        let most = one.or_else(depth.lt_signed(F::Words::splat(endless)), F::splat(0.95));
-        let chance = chance.min(most);
-        let is_asked = !depth.lt_signed(F::Words::splat(rr_depth)) & !one.le(chance) & on;
-        if !is_asked.any() {
-            numbers.skip();
-            return (on, one);
-        }
-        let survives = numbers.next_1d().lt(chance);
-        (on & (survives | !is_asked), (one / chance).or_else(is_asked, one))
     }
 
     /// Rays to the lamps, with what they bring: `DirectLight::contribution`.
@@ -294,6 +273,19 @@ impl Wide for Groups<'_, '_> {
         }
         self.n_on
     }
+}
+
+/// Russian roulette: which of `on` survive, and what their throughputs are paid.
+#[inline(always)]
+fn survive<F: Floats>(on: F::Mask, chance: F, numbers: &mut SobolLanes<F>) -> (F::Mask, F) {
+    let one = F::splat(1.0);
+    let is_asked = on & !one.le(chance);
+    if !is_asked.any() {
+        numbers.skip();
+        return (on, one);
+    }
+    let survives = numbers.next_1d().lt(chance);
+    (on & (survives | !is_asked), (one / chance).or_else(is_asked, one))
 }
 
 #[inline(always)]
