@@ -32,9 +32,9 @@ pub enum TreeKind {
     /// That of the next two which costs less, by a sample if there are many primitives.
     #[default]
     Best,
-    /// Top down, by the surface area heuristic over 32 bins [Wald2007].
+    /// Top down, by the surface area heuristic over 32 bins [Wald2007], with blocks of primitives in place of primitives.
     BinnedSah,
-    /// Bottom up, by merging neighbours [Meister2018].
+    /// Bottom up, by merging neighbours [Meister2018]; small subtrees top down where that is better.
     Ploc,
     /// Halves of equal number: quick and shallow, but slow to trace.
     Halves,
@@ -103,7 +103,7 @@ impl Whole {
     fn grow(items: &mut [Item], kind: TreeKind, cost: &LeafCost) -> Self {
         match kind {
             TreeKind::Best => Self::best(items, cost),
-            TreeKind::BinnedSah => Self::from_top(items, Split::Binned, cost),
+            TreeKind::BinnedSah => Self::from_top(items, Split::Binned(cost.max_items), cost),
             TreeKind::Ploc => Self::from_bottom(items, cost),
             TreeKind::Halves => Self::of_halves(items, cost),
         }
@@ -116,7 +116,7 @@ impl Whole {
         let mut sample: Vec<Item> = items.chunks(RUN).step_by(stride).flatten().copied().collect();
         let mut same = sample.clone();
         let (a, b) = rayon::join(
-            || Self::from_top(&mut sample, Split::Binned, cost),
+            || Self::from_top(&mut sample, Split::Binned(cost.max_items), cost),
             || Self::from_bottom(&mut same, cost),
         );
         let is_bottom_better = b.cost < a.cost;
@@ -147,6 +147,7 @@ impl Whole {
         Self::join(nodes, top, sets, cost)
     }
 
+    /// By merging; each set is built from the top too, and keeps the tree that costs less.
     fn from_bottom(items: &mut [Item], cost: &LeafCost) -> Self {
         let mut nodes = memory::filled(items.len(), BinaryNode::NONE);
         let sorted = morton::sorted(items);
@@ -154,10 +155,10 @@ impl Whole {
         let (top, subtrees) = merges.divide_into(SET);
         let sizes = subtrees.iter().map(|&s| (merges.count(s), s));
         let jobs = jobs(items, &mut nodes, sizes);
-        let sets = jobs.into_par_iter().map_init(Vec::new, |scratch, job| {
+        let sets = jobs.into_par_iter().map_init(Scratch::default, |scratch, job| {
             let to = Subtree { items: job.items, nodes: job.nodes, at: 0, first: 0 };
             merges.write(job.of, &sorted, to);
-            job.plan(cost, scratch)
+            job.better(cost, scratch)
         });
         let sets = sets.collect();
         Self::join(nodes, top, sets, cost)
@@ -218,15 +219,54 @@ fn jobs<'a, T>(
         .collect()
 }
 
+/// Room for a second tree.
+#[derive(Default)]
+struct Scratch {
+    costs: Vec<Costs>,
+    items: Vec<Item>,
+    spare: Vec<Item>,
+    nodes: Vec<BinaryNode>,
+}
+
 impl<T> Job<'_, T> {
+    /// The cheaper of the tree that is there and one from the top down.
+    fn better(self, cost: &LeafCost, scratch: &mut Scratch) -> Set {
+        let costs = plan(self.items, self.nodes, cost, &mut scratch.costs);
+        if self.items.len() < 3 {
+            return self.placed(costs);
+        }
+        scratch.items.clear();
+        scratch.items.extend_from_slice(self.items);
+        scratch.spare.clone_from(&scratch.items);
+        scratch.nodes.clear();
+        scratch.nodes.resize(self.nodes.len(), BinaryNode::NONE);
+        sah::build(&mut scratch.items, &mut scratch.nodes, &mut scratch.spare, Split::Binned(cost.max_items));
+        let others = plan(&scratch.items, &mut scratch.nodes, cost, &mut scratch.costs);
+        if others.total() >= costs.total() {
+            return self.placed(costs);
+        }
+        self.items.copy_from_slice(&scratch.items);
+        self.nodes.copy_from_slice(&scratch.nodes);
+        self.placed(others)
+    }
+
     fn plan(self, cost: &LeafCost, scratch: &mut Vec<Costs>) -> Set {
-        let leaf = |i: usize| Part::Item(self.items[i].bounds().half_area() * cost.fixed);
-        let costs = collapse::plan(self.nodes, cost, scratch, leaf);
+        let costs = plan(self.items, self.nodes, cost, scratch);
+        self.placed(costs)
+    }
+
+    /// Puts the tree at its place in the whole.
+    fn placed(self, costs: Costs) -> Set {
         for node in self.nodes.iter_mut() {
             *node = node.offset(self.first, self.first);
         }
         Set { first: self.first, count: self.items.len(), costs }
     }
+}
+
+fn plan(items: &[Item], nodes: &mut [BinaryNode], cost: &LeafCost, scratch: &mut Vec<Costs>) -> Costs {
+    let leaf = |i: usize| Part::Item(items[i].bounds().half_area() * cost.fixed);
+    collapse::plan(nodes, cost, scratch, leaf)
 }
 
 #[cfg(test)]

@@ -14,7 +14,8 @@ const CHUNK: usize = 1 << 16;
 /// How a set is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Split {
-    Binned,
+    /// By the least cost, for leaves of at most so many items.
+    Binned(usize),
     Halves,
 }
 
@@ -36,7 +37,7 @@ fn subtree(part: Part<'_>, spare: &mut [Item], split: Split) {
     let Part { items, nodes, at, first } = part;
     match items.len() {
         0 | 1 => return,
-        2..=few::MOST if split == Split::Binned => return few::join(items, nodes, at, first),
+        2..=few::MOST if split != Split::Halves => return few::join(items, nodes, at, first),
         _ => {}
     }
     let (bounds, left) = divide(items, spare, split);
@@ -82,7 +83,7 @@ fn divide(items: &mut [Item], spare: &mut [Item], split: Split) -> (Box4, usize)
     let (bounds, centers) = extent(items);
     let plane = match split {
         Split::Halves => None,
-        Split::Binned => best_split(items, &centers),
+        Split::Binned(leaf) => best_split(items, &centers, leaf),
     };
     let left = plane.map_or(0, |plane| plane.partition(items, spare));
     if left == 0 || left == items.len() {
@@ -182,20 +183,23 @@ impl Histogram {
     }
 
     /// Cheapest axis and last bin of the left side.
-    fn sweep(&self, grid: &Grid) -> Option<(usize, usize)> {
+    fn sweep(&self, grid: &Grid, leaf: usize) -> Option<(usize, usize)> {
+        // A started leaf counts as a whole one: ⌈n / leaf⌉, by rounding to the nearest integer.
+        let (scale, shift) = (Vec4::splat(1.0 / leaf as f32), Vec4::splat(0.5 - 0.5 / leaf as f32));
+        let leaves = |n: Vec4| (n * scale + shift + Vec4::splat(ROUND)) - Vec4::splat(ROUND);
         let mut right = [Vec4::ZERO; BINS];
         let (mut b, mut n) = ([Box4::EMPTY; 3], Vec4::ZERO);
         for i in (1..grid.bins).rev() {
             (b, n) = self.with(i, b, n);
-            right[i - 1] = half_areas(&b) * n;
+            right[i - 1] = half_areas(&b) * leaves(n);
         }
         let (mut b, mut n) = ([Box4::EMPTY; 3], Vec4::ZERO);
         let (mut best, mut at) = (Vec4::INFINITY, [0_usize; 3]);
         for (i, &right) in right[..grid.bins - 1].iter().enumerate() {
             (b, n) = self.with(i, b, n);
-            let cost = half_areas(&b) * n + right;
+            let cost = half_areas(&b) * leaves(n) + right;
             let less = cost.cmplt(best).bitmask();
-            best = best.min(cost);
+            best = cost.min(best);
             for (axis, at) in at.iter_mut().enumerate() {
                 *at = if less >> axis & 1 != 0 { i } else { *at };
             }
@@ -238,7 +242,7 @@ struct Plane {
     last_left: usize,
 }
 
-fn best_split(items: &[Item], centers: &Box4) -> Option<Plane> {
+fn best_split(items: &[Item], centers: &Box4, leaf: usize) -> Option<Plane> {
     let grid = Grid::new(centers, items.len());
     let histogram = if items.len() <= CHUNK {
         Histogram::of(items, &grid)
@@ -246,7 +250,7 @@ fn best_split(items: &[Item], centers: &Box4) -> Option<Plane> {
         let parts: Vec<_> = items.par_chunks(CHUNK / 4).map(|c| Histogram::of(c, &grid)).collect();
         parts.iter().skip(1).fold(parts[0].clone(), Histogram::merge)
     };
-    histogram.sweep(&grid).map(|(axis, last_left)| Plane { grid, axis, last_left })
+    histogram.sweep(&grid, leaf).map(|(axis, last_left)| Plane { grid, axis, last_left })
 }
 
 impl Plane {
@@ -323,7 +327,7 @@ mod tests {
     #[test]
     fn every_subtree_is_a_slice_of_items() {
         for n in [1_u32, 2, 3, 8, 9, 100, 5000] {
-            for split in [Split::Binned, Split::Halves] {
+            for split in [Split::Binned(8), Split::Halves] {
                 for grid in [false, true] {
                     let mut items = boxes(n, grid);
                     let nodes = over(&mut items, split);
@@ -337,7 +341,7 @@ mod tests {
     fn equal_boxes_are_halved() {
         let b = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
         let mut items: Vec<Item> = (0..1000).map(|i| Item::new(&b, i, 0)).collect();
-        let nodes = over(&mut items, Split::Binned);
+        let nodes = over(&mut items, Split::Binned(8));
         check(root(&items), &nodes, &items);
     }
 }
