@@ -110,22 +110,26 @@ fn a_truncated_furnace_by_every_walk() {
     family.finish();
 }
 
-/// Roulette that survives with q = ρ at every vertex makes the number of vertices geometric:
-/// mean 1/(1 − ρ), variance ρ/(1 − ρ)².
+/// Roulette that survives with the throughput makes the number of vertices geometric: mean 1/(1 − ρ), variance ρ/(1 − ρ)².
+/// With three times the throughput (`path`) nothing is left to chance until ρⁿ < ⅓; whoever survives that, with q = 3ρⁿ, carries ⅓
+/// over a geometric number of vertices: variance q (1 + ρ − q) / (9 (1 − ρ)²).
 #[test]
 fn roulette_variance_in_the_furnace() {
     let mut family = Family::default();
     let settings = [NONE, ("shadow_rays", "false"), ("rr_depth", "1")];
     let single = [settings[0], settings[1], settings[2], ("branching", "1")];
-    for (rho, mean, variance) in [(0.5, 2.0, 2.0), (0.8, 5.0, 20.0), (0.9, 10.0, 90.0)] {
+    for (rho, n) in [(0.5, 2), (0.8, 5), (0.9, 11)] {
         let scene = in_sphere(192).scene(&furnace_sphere(rho));
-        for way in [
-            Way { integrator: "path", settings: &settings },
-            Way { integrator: "recursive", settings: &single },
+        let (rest, q) = (1.0 - rho, 3.0 * f64::powi(rho, n));
+        assert!(q < 1.0 && q / rho > 1.0);
+        for (integrator, settings, variance) in [
+            ("path", &settings[..], q * (1.0 + rho - q) / (9.0 * rest * rest)),
+            ("recursive", &single, rho / (rest * rest)),
         ] {
+            let way = Way { integrator, settings };
             let found = way.moments(&scene, 8);
             let name = format!("furnace {rho} with roulette, {}", way.name());
-            family.mean(&name, &found, mean);
+            family.mean(&name, &found, 1.0 / rest);
             family.variance(&name, &found, variance);
         }
     }
