@@ -169,10 +169,15 @@ impl Blas {
                 let item = |(face, i): (&[u32; 3], u32)| {
                     let p = face.map(|v| positions[v as usize]);
                     let bounds = p.iter().fold(Bounds::EMPTY, |b, &q| b.grow(q));
-                    (!triangle::is_degenerate(&p.map(|q| q.to_array())))
-                        .then(|| Item::new(&bounds, first + i, index))
+                    let is_degenerate = triangle::is_degenerate(&p.map(|q| q.to_array()));
+                    if is_degenerate { Item::NONE } else { Item::new(&bounds, first + i, index) }
                 };
-                items.par_extend(indices.par_iter().zip(0..indices.len() as u32).filter_map(item));
+                let before = items.len();
+                items.par_extend(indices.par_iter().zip(0..indices.len() as u32).map(item));
+                if items[before..].par_iter().any(Item::is_none) {
+                    let kept: Vec<Item> = items.drain(before..).filter(|i| !i.is_none()).collect();
+                    items.extend(kept);
+                }
             }
             Shape::MovingMesh { positions: [start, end], times, indices } => {
                 if start.len() != end.len() {

@@ -24,6 +24,13 @@ impl Item {
         }
     }
 
+    /// Stands for what is left out.
+    pub(crate) const NONE: Self = Self { min: Vec4::NAN, max: Vec4::NAN };
+
+    pub(crate) fn is_none(&self) -> bool {
+        self.min.x.is_nan()
+    }
+
     /// The same box with other numbers.
     #[inline]
     pub(crate) fn numbered(b: &Box4, id: u32, geometry: u32) -> Self {

@@ -184,8 +184,7 @@ pub(crate) fn emit(
         at_node += size.nodes;
         at_leaf += size.leaves;
     }
-    let mut nodes = memory::with_capacity(at_node);
-    nodes.resize(at_node, Node::EMPTY);
+    let mut nodes = memory::filled(at_node, Node::EMPTY);
     let mut leaves = vec![Leaf::default(); at_leaf];
     let refer = |target: Target| match target {
         Target::Big(at) => ChildRef::node(at),

@@ -1,6 +1,8 @@
 //! Big arrays on big pages: fewer address translations while traversing.
 #![allow(unsafe_code, reason = "advice to the system; see each SAFETY note")]
 
+use rayon::prelude::*;
+
 /// An array with room for `n` values, on pages of 2 MiB where the system has them to give.
 pub(crate) fn with_capacity<T>(n: usize) -> Vec<T> {
     let values = Vec::<T>::with_capacity(n);
@@ -8,10 +10,10 @@ pub(crate) fn with_capacity<T>(n: usize) -> Vec<T> {
     values
 }
 
-/// An array of `n` equal values on such pages.
-pub(crate) fn filled<T: Clone>(n: usize, value: T) -> Vec<T> {
+/// An array of `n` equal values on such pages, written by all threads.
+pub(crate) fn filled<T: Clone + Send>(n: usize, value: T) -> Vec<T> {
     let mut values = with_capacity(n);
-    values.resize(n, value);
+    rayon::iter::repeat_n(value, n).collect_into_vec(&mut values);
     values
 }
 
@@ -62,6 +64,7 @@ mod tests {
             let mut values = super::with_capacity::<u64>(n);
             values.resize(n, 7);
             assert!(values.capacity() >= n && values.iter().all(|&x| x == 7));
+            assert_eq!(super::filled(n, 7_u64), values);
         }
     }
 }
