@@ -42,6 +42,7 @@ impl Placed {
     }
 
     /// [`Placed::to_object`] for many rays: origins, directions and times, by axis.
+    #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
     pub(crate) fn each_to_object<const N: usize>(
         &self,

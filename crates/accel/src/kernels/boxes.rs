@@ -185,22 +185,31 @@ pub(super) fn block_candidates<L: Lanes<WIDTH>>(
     Some(found)
 }
 
-/// The boxes of the triangles of a block: `planes[axis][0]` the lower, `planes[axis][1]` the upper.
+/// What is found once for a block and a beam.
 #[repr(C, align(64))]
-pub(super) struct BlockBoxes {
+pub(super) struct BlockBeam {
+    /// The boxes of the triangles: `planes[axis][0]` the lower, `planes[axis][1]` the upper.
     pub(super) planes: [[[f32; WIDTH]; 2]; 3],
+    /// The corners seen from the rays' origin, if they have it in common.
+    pub(super) v: [[[f32; WIDTH]; 3]; 3],
 }
 
-impl BlockBoxes {
+impl BlockBeam {
     #[inline(always)]
-    pub(super) fn of<L: Lanes<WIDTH>>(block: &TriBlock) -> Self {
-        let mut boxes = Self { planes: [[[0.0; WIDTH]; 2]; 3] };
-        for (i, [lower, upper]) in boxes.planes.iter_mut().enumerate() {
+    pub(super) fn of<L: Lanes<WIDTH>>(block: &TriBlock, beam: &Beam) -> Self {
+        let mut found = Self { planes: [[[0.0; WIDTH]; 2]; 3], v: [[[0.0; WIDTH]; 3]; 3] };
+        for (i, [lower, upper]) in found.planes.iter_mut().enumerate() {
             let (a, b, c) = (L::load(&block.v[0][i]), L::load(&block.v[1][i]), L::load(&block.v[2][i]));
             a.min(b).min(c).store(lower);
             a.max(b).max(c).store(upper);
+            if let Some(o) = beam.origin {
+                let o = L::splat(o[i]);
+                a.sub(o).store(&mut found.v[0][i]);
+                b.sub(o).store(&mut found.v[1][i]);
+                c.sub(o).store(&mut found.v[2][i]);
+            }
         }
-        boxes
+        found
     }
 
     #[inline(always)]

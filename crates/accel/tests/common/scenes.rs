@@ -24,7 +24,7 @@ pub(crate) fn triangles(random: &mut Random) -> Scene {
     let build = move |tree| {
         let all =
             [Geometry::opaque(mesh_of(&a)), Geometry::filtered(mesh_of(&b)), Geometry::opaque(mesh_of(&b))];
-        Accel::from_static(Blas::build(&all, &BuildOptions { tree }).unwrap())
+        Accel::from_static(Blas::build(&all, &BuildOptions { tree }).expect("a proper scene"))
     };
     Scene { build: Box::new(build), targets }
 }
@@ -33,7 +33,9 @@ pub(crate) fn triangles(random: &mut Random) -> Scene {
 pub(crate) fn other_primitives(random: &mut Random) -> Scene {
     let (a, b) = (soup(60, random), soup(60, random));
     let end: Vec<Vec3> = b.positions.iter().map(|p| *p + Vec3::splat(0.4)).collect();
-    let place = |v: Vec3| Transform::translate(v.as_dvec3()) * Transform::rotate(DVec3::ONE, 1.0).unwrap();
+    let place = |v: Vec3| {
+        Transform::translate(v.as_dvec3()) * Transform::rotate(DVec3::ONE, 1.0).expect("a proper transform")
+    };
     let sphere = Sphere { z_min: -0.3, phi_max: 4.0, ..Sphere::full(0.5, place(random.vec())) };
     let full = Sphere::full(0.4, place(random.vec()));
     let disk = Disk {
@@ -74,7 +76,7 @@ pub(crate) fn other_primitives(random: &mut Random) -> Scene {
             Geometry::opaque(Shape::PatchMesh { positions: &patches, indices: &faces }),
             Geometry::opaque(Shape::Curves(&curves)),
         ];
-        Accel::from_static(Blas::build(&all, &BuildOptions { tree }).unwrap())
+        Accel::from_static(Blas::build(&all, &BuildOptions { tree }).expect("a proper scene"))
     };
     Scene { build: Box::new(build), targets }
 }
@@ -85,8 +87,10 @@ pub(crate) fn instances(random: &mut Random) -> Scene {
     let ball = Sphere::full(0.5, Transform::IDENTITY);
     let instances: Vec<Instance> = (0..30)
         .map(|i| {
-            let turn = Transform::rotate(random.dir().0.as_dvec3(), f64::from(random.unit()) * 6.0).unwrap();
-            let size = Transform::scale(DVec3::new(0.3, 0.2 + f64::from(random.unit()), -0.5)).unwrap();
+            let turn = Transform::rotate(random.dir().0.as_dvec3(), f64::from(random.unit()) * 6.0)
+                .expect("a proper transform");
+            let size = Transform::scale(DVec3::new(0.3, 0.2 + f64::from(random.unit()), -0.5))
+                .expect("a proper transform");
             let start = Transform::translate(random.vec().as_dvec3() * 2.0) * turn * size;
             let end = Transform::translate(DVec3::new(0.0, 0.5, 0.2)) * start * turn;
             let world_from_object = if i % 3 == 0 {
@@ -99,13 +103,13 @@ pub(crate) fn instances(random: &mut Random) -> Scene {
         .collect();
     let targets = a.positions.clone();
     let build = move |tree| {
-        let blas = |g: &[Geometry<'_>]| Blas::build(g, &BuildOptions { tree }).unwrap();
+        let blas = |g: &[Geometry<'_>]| Blas::build(g, &BuildOptions { tree }).expect("a proper scene");
         let world = blas(&[Geometry::opaque(mesh_of(&a))]);
         let objects = vec![
             blas(&[Geometry::filtered(mesh_of(&b))]),
             blas(&[Geometry::opaque(Shape::Sphere(&ball)), Geometry::opaque(mesh_of(&a))]),
         ];
-        Accel::new(world, objects, &instances).unwrap()
+        Accel::new(world, objects, &instances).expect("objects that are there")
     };
     Scene { build: Box::new(build), targets }
 }

@@ -161,6 +161,7 @@ impl Bests {
     }
 
     /// The same where each ray has a triangle of its own.
+    #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
     fn resolve_each(&mut self, blas: &Blas, rays: &Rays, mask: u32) {
         let zero = [[0.0_f32; RAYS]; 3];
@@ -185,6 +186,7 @@ impl Bests {
 
     /// `u` and `v` of some rays, given the corners of their triangles (by corner, axis and ray) and their origins, along
     /// the axes of `k`. The operations of `triangle::barycentrics`.
+    #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
     fn weigh(&mut self, rays: &Rays, mask: u32, p: impl Fn(usize, usize, usize) -> f32, o: [&Row; 3]) {
         for i in 0..RAYS {

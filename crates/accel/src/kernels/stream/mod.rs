@@ -20,8 +20,8 @@ use rays::Rays;
 use rays::PACKET;
 pub(super) use rays::{Beam, RAYS};
 
-/// Directions of neighbours that go the same way differ by less than this along each axis.
-const ALIKE: f32 = 0.06;
+/// Directions of rays close by that go the same way differ by less than this along each axis.
+const ALIKE: f32 = 0.1;
 
 /// The nearest hit of each ray. `INSTANCES`: there may be some.
 #[inline(always)]
@@ -79,15 +79,21 @@ pub(super) fn any<K: Kernel, const INSTANCES: bool>(
     }
 }
 
-/// A guess, before they are made ready, whether there is a packet among the rays.
+/// A guess, before they are made ready, whether there is a packet among the rays: most of a few pairs go the same way.
 #[inline(always)]
 fn go_the_same_way(rays: &[Ray]) -> bool {
-    let mut alike = 0;
-    for pair in rays.windows(2) {
-        let d = (pair[1].dir.0 - pair[0].dir.0).abs();
-        alike += u32::from((d.x < ALIKE) & (d.y < ALIKE) & (d.z < ALIKE));
+    if (rays.len() as u32) < PACKET {
+        return false;
     }
-    alike >= PACKET
+    let (mut pairs, mut alike) = (0, 0);
+    let mut i = 2;
+    while i < rays.len() {
+        let d = (rays[i].dir.0 - rays[i - 2].dir.0).abs();
+        alike += u32::from((d.x < ALIKE) & (d.y < ALIKE) & (d.z < ALIKE));
+        pairs += 1;
+        i += 3;
+    }
+    2 * alike >= pairs
 }
 
 /// Traces rays that go the same way together; returns the others. At most sixteen.

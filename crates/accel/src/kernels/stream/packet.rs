@@ -11,7 +11,7 @@ use super::bests::{Bests, Met};
 use super::rays::{Beam, RAYS, Rays, Row};
 use crate::blas::Blas;
 use crate::hit::{Best, Hit, place};
-use crate::kernels::boxes::{BlockBoxes, NodeRay, cross, meet};
+use crate::kernels::boxes::{BlockBeam, NodeRay, cross, meet};
 use crate::kernels::lanes::{Kernel, Lanes};
 use crate::kernels::traverse::{AtLeaf, Visit, leaves};
 use crate::layout::{ChildRef, FILTER_BIT, Lane, MixedLeaf, NODE, Node, TriBlock, WIDTH};
@@ -128,7 +128,7 @@ impl<K: Kernel, const ANY: bool, F: FnMut(usize, &Hit) -> bool> Packet<'_, K, AN
         debug_assert!(index < self.space.blas.blocks.len());
         // SAFETY: the references in a tree are to blocks of its own structure, as `Blas::build` writes them.
         let block = unsafe { self.space.blas.blocks.get_unchecked(index) };
-        let boxes = BlockBoxes::of::<K::Block>(block);
+        let boxes = BlockBeam::of::<K::Block>(block, self.beam);
         let mut triangles = boxes.meet::<K::Block>(self.beam, t_max);
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize & (WIDTH - 1);
@@ -143,17 +143,32 @@ impl<K: Kernel, const ANY: bool, F: FnMut(usize, &Hit) -> bool> Packet<'_, K, AN
         let (rays, [kx, ky, kz]) = (self.space.rays, self.beam.k);
         let axes = &block.v[corner];
         let (x, y, z) = (splat::<K>(axes[kx][lane]), splat::<K>(axes[ky][lane]), splat::<K>(axes[kz][lane]));
-        let z = z.sub(K::Rays::load(&rays.o[kz]));
-        let x = z.mul_add(K::Rays::load(&rays.shear[0]), x.sub(K::Rays::load(&rays.o[kx])));
-        let y = z.mul_add(K::Rays::load(&rays.shear[1]), y.sub(K::Rays::load(&rays.o[ky])));
-        (x, y)
+        let (x, y) = (x.sub(K::Rays::load(&rays.o[kx])), y.sub(K::Rays::load(&rays.o[ky])));
+        self.shear(x, y, z.sub(K::Rays::load(&rays.o[kz])))
+    }
+
+    /// The same where all rays have one origin.
+    #[inline(always)]
+    fn sheared_from(&self, boxes: &BlockBeam, corner: usize, lane: usize) -> (K::Rays, K::Rays) {
+        let (axes, [kx, ky, kz]) = (&boxes.v[corner], self.beam.k);
+        self.shear(splat::<K>(axes[kx][lane]), splat::<K>(axes[ky][lane]), splat::<K>(axes[kz][lane]))
+    }
+
+    #[inline(always)]
+    fn shear(&self, x: K::Rays, y: K::Rays, z: K::Rays) -> (K::Rays, K::Rays) {
+        let [along_x, along_y] = &self.space.rays.shear;
+        (z.mul_add(K::Rays::load(along_x), x), z.mul_add(K::Rays::load(along_y), y))
     }
 
     /// One triangle for all rays. What `block_candidates` and `Visit::block` do for one ray and all triangles.
     #[inline(always)]
-    fn triangle(&mut self, block: &TriBlock, boxes: &BlockBoxes, index: usize, lane: usize) {
-        let (a, b) = (self.sheared(block, 0, lane), self.sheared(block, 1, lane));
-        let c = self.sheared(block, 2, lane);
+    fn triangle(&mut self, block: &TriBlock, boxes: &BlockBeam, index: usize, lane: usize) {
+        let (a, b, c) = if self.beam.origin.is_some() {
+            let a = self.sheared_from(boxes, 0, lane);
+            (a, self.sheared_from(boxes, 1, lane), self.sheared_from(boxes, 2, lane))
+        } else {
+            (self.sheared(block, 0, lane), self.sheared(block, 1, lane), self.sheared(block, 2, lane))
+        };
         let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
         let zero = splat::<K>(0.0);
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));

@@ -85,6 +85,7 @@ impl Rays {
     }
 
     /// Finds everything else.
+    #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
     pub(super) fn prepare(&mut self, reach: f32) {
         let r = self;
@@ -223,6 +224,8 @@ pub(in crate::kernels) struct Beam {
     pub(in crate::kernels) inv_far: [f32; 4],
     pub(in crate::kernels) c_near: [f32; 4],
     pub(in crate::kernels) c_far: [f32; 4],
+    /// Of all rays, if they have it in common.
+    pub(in crate::kernels) origin: Option<[f32; 3]>,
     /// As [`RaySpace::negative`].
     pub(in crate::kernels) negative: u32,
     /// As [`RaySpace::k`].
@@ -247,6 +250,7 @@ const ORIGINS: f32 = 0.05;
 impl Beam {
     /// Around the rays of `among`, which have one class and can be traced; `None` if they are too few, or go apart
     /// too far, for it to be of use.
+    #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
     pub(super) fn around<L: Lanes<RAYS>>(rays: &Rays, among: u32, class: u32, reach: f32) -> Option<Self> {
         if among.count_ones() < PACKET {
@@ -263,12 +267,14 @@ impl Beam {
         let pad = range::<L>(&rays.pad, among).1;
         let zero = [0.0; 4];
         let (negative, k) = (class & 7, axes(class));
-        let mut beam = Self { inv_near: zero, inv_far: zero, c_near: zero, c_far: zero, negative, k };
-        let mut apart = 0.0;
+        let mut beam =
+            Self { inv_near: zero, inv_far: zero, c_near: zero, c_far: zero, origin: None, negative, k };
+        let (mut apart, mut origin) = (0.0, [0.0; 3]);
         for axis in 0..3 {
             let (o_least, o_most) = range::<L>(&rays.o[axis], among);
             let (least, most) = range::<L>(&rays.inv[axis], among);
             apart += o_most - o_least;
+            origin[axis] = o_most;
             let is_up = negative >> axis & 1 == 0;
             let (inv_near, inv_far) = if is_up { (least, most) } else { (most, least) };
             let (o_near, o_far) = if is_up { (o_most, o_least) } else { (o_least, o_most) };
@@ -278,6 +284,7 @@ impl Beam {
             beam.c_near[axis] = -slack - o_near * inv_near;
             beam.c_far[axis] = slack - o_far * inv_far;
         }
+        beam.origin = (apart == 0.0).then_some(origin);
         (apart <= ORIGINS * reach).then_some(beam)
     }
 }
