@@ -211,7 +211,7 @@ impl Rays {
     }
 }
 
-/// All that some rays of one class may meet: numbers of the [`Rays`], the least and the most of each.
+/// All that some rays of one class may meet: numbers of the [`Rays`], the least and the most of each [Boulos2006].
 ///
 /// A plane at `b` is met nowhere before `(b − o) · inv` less four times the largest slack, with the `o` that is farthest
 /// along and the `inv` of least size; nowhere after the same with the other ends, plus the slack. (If the plane lies ahead of a ray
