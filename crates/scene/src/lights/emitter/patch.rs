@@ -134,11 +134,28 @@ impl Patch {
             .filter(|r| r.solid_angle() > LEAST_SOLID_ANGLE && r.solid_angle() < MOST_SOLID_ANGLE)
     }
 
-    /// The patch as a rectangle with one normal, if it is one.
+    /// The patch as a rectangle, if it is one.
     #[inline]
     pub(super) fn flat_rectangle(&self) -> Option<FlatRectangle<'_>> {
-        let (rectangle, n) = (self.rectangle.as_ref()?, self.flat?);
-        Some(FlatRectangle { patch: self, rectangle, n })
+        Some(FlatRectangle { patch: self, rectangle: self.rectangle.as_ref()? })
+    }
+
+    /// [`Patch::normal`] of sixteen points.
+    #[inline(always)]
+    fn normal_lanes<F: Floats>(&self, [u, v]: [F; 2]) -> Vec3Lanes<F> {
+        let splat = Vec3Lanes::<F>::splat;
+        if let Some(n) = self.flat {
+            return splat(n.0);
+        }
+        let one = F::splat(1.0);
+        let [p00, p10, p01, p11] = self.p;
+        let du = splat(p10 - p00) * (one - v) + splat(p11 - p01) * v;
+        let dv = splat(p01 - p00) * (one - u) + splat(p11 - p10) * u;
+        let n = du.cross(dv).normalize();
+        match self.normals {
+            Some([n00, n10, n01, n11]) => n.face_forward(bilerp_lanes([n00.0, n10.0, n01.0, n11.0], [u, v])),
+            None => n * F::splat(self.side),
+        }
     }
 
     #[inline]
@@ -211,7 +228,6 @@ impl Patch {
 pub(crate) struct FlatRectangle<'a> {
     patch: &'a Patch,
     rectangle: &'a warp::Rectangle,
-    n: Dir,
 }
 
 impl FlatRectangle<'_> {
@@ -232,17 +248,19 @@ impl FlatRectangle<'_> {
             pdf_near = seen.pdf();
             is_right = is_exact | !by_angle;
         }
-        let [a, b] = uv;
-        let one = c(1.0);
-        let [p00, p10, p01, p11] = patch.p;
-        let splat = Vec3Lanes::<F>::splat;
-        let p = (splat(p00) * (one - a) + splat(p10) * a) * (one - b)
-            + (splat(p01) * (one - a) + splat(p11) * a) * b;
-        let n = splat(self.n.0);
+        let (p, n) = (bilerp_lanes(patch.p, uv), patch.normal_lanes(uv));
         let far = to_solid_angle(c(1.0 / patch.area), from, p, n);
         let pdf = pdf_near.or_else(by_angle, far);
-        (PointLanes { p, error: splat(patch.p_error) }, n, pdf, is_right)
+        (PointLanes { p, error: Vec3Lanes::splat(patch.p_error) }, n, pdf, is_right)
     }
+}
+
+/// [`bilerp`] at sixteen places.
+#[inline(always)]
+fn bilerp_lanes<F: Floats>(corners: [Vec3; 4], [u, v]: [F; 2]) -> Vec3Lanes<F> {
+    let [c00, c10, c01, c11] = corners;
+    let (one, splat) = (F::splat(1.0), Vec3Lanes::<F>::splat);
+    (splat(c00) * (one - u) + splat(c10) * u) * (one - v) + (splat(c01) * (one - u) + splat(c11) * u) * v
 }
 
 #[inline]
