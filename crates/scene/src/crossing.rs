@@ -8,6 +8,7 @@
 //!
 //! Left out: an eye that moves through the surface of a body, or whose lens is in two.
 
+use accel::{Hit, accept_all};
 use math::{Dir, Point, Ray, Vec3, error_bound};
 use spectrum::{Spectrum, Wavelengths};
 
@@ -20,6 +21,17 @@ const MOST_BORDERS: usize = 1000;
 
 /// Along no axis, lest the search for bodies run along faces.
 const ASIDE: Dir = Dir(Vec3::new(0.267_261_24, 0.534_522_5, 0.801_783_7));
+
+/// What is along a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Something that is surely opaque.
+    Blocked,
+    /// Borders of media, or surfaces of bodies, which may be displaced.
+    Borders,
+    /// Nothing at all.
+    Clear,
+}
 
 impl Scene {
     /// Is there any medium?
@@ -145,11 +157,14 @@ impl Scene {
             return if self.occluded(ray) { Spectrum::ZERO } else { Spectrum::ONE };
         }
         // Opaque things first: estimates cost more than rays.
-        if self.is_surely_occluded(ray) {
-            return Spectrum::ZERO;
+        let mut through = Spectrum::ONE;
+        match (self.way(ray), around.medium()) {
+            (Way::Blocked, _) => return Spectrum::ZERO,
+            (Way::Clear, None) => return through,
+            (Way::Clear, Some(m)) => return through * self.media.pass(m, ray, wl, u).factor,
+            (Way::Borders, _) => {}
         }
         let (mut ray, mut around) = (*ray, *around);
-        let mut through = Spectrum::ONE;
         loop {
             let hit = self.intersect(&ray);
             let end = hit.map_or(ray.t_max, |h| h.t);
@@ -174,14 +189,44 @@ impl Scene {
         }
     }
 
+    /// What is along a ray: surfaces of bodies may be displaced, which a walk knows.
+    fn way(&self, ray: &Ray) -> Way {
+        let mut is_clear = true;
+        let is_blocked = match self.shadow_filter {
+            false => self.accel.occluded(ray, &mut accept_all),
+            true => self.accel.occluded(ray, &mut |hit: &Hit| {
+                let is_surface = self.is_surface::<false>(ray, hit);
+                is_clear &= is_surface;
+                is_surface && self.is_there(ray, hit)
+            }),
+        };
+        match (is_blocked, is_clear) {
+            (true, _) => Way::Blocked,
+            (false, true) => Way::Clear,
+            (false, false) => Way::Borders,
+        }
+    }
+
+    /// Is what was hit no border of media there?
+    pub(crate) fn is_surface<const BODIES_COUNT: bool>(&self, ray: &Ray, hit: &Hit) -> bool {
+        match self.shapes[self.shape_of(hit).index()].gaps {
+            Gaps::Nowhere => true,
+            Gaps::WhereDisplaced => BODIES_COUNT,
+            Gaps::Somewhere => !self.materials.is_interface(&self.textures, &self.interaction(ray, hit)),
+            Gaps::Everywhere => false,
+        }
+    }
+
     /// Is anything opaque along a ray that starts in `around`? Borders of media do not count, media themselves neither.
     #[must_use]
     pub fn is_blocked(&self, ray: &Ray, around: &Surroundings) -> bool {
         if self.bodies.is_empty() {
             return self.occluded(ray);
         }
-        if self.is_surely_occluded(ray) {
-            return true;
+        match self.way(ray) {
+            Way::Blocked => return true,
+            Way::Clear => return false,
+            Way::Borders => {}
         }
         let (mut ray, mut around) = (*ray, *around);
         while let Some(hit) = self.intersect(&ray) {

@@ -169,30 +169,15 @@ impl Scene {
     /// Is anything opaque along the ray before its end? Borders of media do not count; surfaces of all bodies do.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.is_occluded::<true>(ray)
-    }
-
-    /// The same without the surfaces of bodies, which may be displaced: a walk knows (see [`Scene::is_blocked`]).
-    pub(crate) fn is_surely_occluded(&self, ray: &Ray) -> bool {
-        self.is_occluded::<false>(ray)
-    }
-
-    fn is_occluded<const BODIES_COUNT: bool>(&self, ray: &Ray) -> bool {
         if !self.shadow_filter {
             return self.accel.occluded(ray, &mut accept_all);
         }
-        self.accel.occluded(ray, &mut |hit: &Hit| self.blocks::<BODIES_COUNT>(ray, hit))
+        self.accel.occluded(ray, &mut |hit: &Hit| self.blocks(ray, hit))
     }
 
     /// Does what a shadow ray meets keep light off?
-    pub(crate) fn blocks<const BODIES_COUNT: bool>(&self, ray: &Ray, hit: &Hit) -> bool {
-        let is_surface = match self.shapes[self.shape_of(hit).index()].gaps {
-            Gaps::Nowhere => true,
-            Gaps::WhereDisplaced => BODIES_COUNT,
-            Gaps::Somewhere => !self.materials.is_interface(&self.textures, &self.interaction(ray, hit)),
-            Gaps::Everywhere => false,
-        };
-        is_surface && self.is_there(ray, hit)
+    pub(crate) fn blocks(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.is_surface::<true>(ray, hit) && self.is_there(ray, hit)
     }
 
     /// The ray from a point to a light sample, just short of the light.

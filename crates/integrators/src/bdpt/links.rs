@@ -13,7 +13,8 @@ impl Joint<'_> {
     /// eye's, as far as the walks know them.
     pub(super) fn gather(&mut self, s: usize, first: Option<Link>, t: usize) -> &mut Vec<Link> {
         let over = |v: &Vertex| self.weighting.manifold > 0 && v.is_delta && manifold::passes(self.scene, v);
-        let Subpaths { links, light, light_merges, .. } = &mut *self.paths;
+        let Subpaths { light, light_merges, .. } = self.paths;
+        let links = &mut *self.links;
         links.clear();
         links.extend(first);
         if s > 0 {
@@ -32,14 +33,15 @@ impl Joint<'_> {
 
     /// The links of a photon's path before it, and of the first `t` vertices of the eye's walk.
     pub(super) fn gather_merged(&mut self, before: impl Iterator<Item = Link>, t: usize) -> &mut Vec<Link> {
-        self.paths.links.clear();
-        self.paths.links.extend(before);
+        self.links.clear();
+        self.links.extend(before);
         self.add_eye_links(t)
     }
 
     fn add_eye_links(&mut self, t: usize) -> &mut Vec<Link> {
         let over = |v: &Vertex| self.weighting.manifold > 0 && v.is_delta && manifold::passes(self.scene, v);
-        let Subpaths { links, eye, eye_start, eye_merges, .. } = &mut *self.paths;
+        let Subpaths { eye, eye_start, eye_merges, .. } = self.paths;
+        let links = &mut *self.links;
         let of_eye = |(i, v): (usize, &Vertex)| Link {
             from_light: v.reverse,
             from_eye: v.forward,

@@ -132,7 +132,8 @@ impl Joint<'_> {
     ) -> Option<Merged> {
         let photons = &merging.map.photons;
         let photon = &photons.vertices[near.index as usize];
-        let z = self.paths.eye.vertices.get(i)?.clone();
+        let paths = self.paths;
+        let z = paths.eye.vertices.get(i)?;
         // Events before, and from here to the eye.
         if photon.depth() as usize + z.events as usize > depth {
             return None;
@@ -166,7 +167,7 @@ impl Joint<'_> {
         let weighting = self.weighting;
         let links = self.gather_merged(std::iter::once(start).chain(of_light), i + 2);
         let place = before.last().map_or(origin.place, |v| v.place());
-        links[m].from_light = photon.forward * moved(photon, &place, &z);
+        links[m].from_light = photon.forward * moved(photon, &place, z);
         links[m].is_delta = false;
         let on = z.leaving(photon.wi, z.wo(), TransportMode::Importance);
         links[m + 1].from_light = before_z.map_or(0.0, |p| on.density_at(&p));

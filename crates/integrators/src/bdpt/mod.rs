@@ -23,11 +23,11 @@ use spectrum::Wavelengths;
 
 pub(crate) use merging::Merging;
 pub(crate) use strategies::{Contribution, Joint, Subpaths};
-pub(crate) use weight::{Emitters, Merges, Techniques, Weighting};
+pub(crate) use weight::{Emitters, Link, Merges, Techniques, Weighting};
 
 use layers::{LayerSample, Layers};
 
-use crate::common::{CameraStart, LightStart, Roulette, Shared, Subpath, Walk, sampler_of};
+use crate::common::{CameraStart, LightStart, Near, Roulette, Shared, Subpath, Walk, sampler_of};
 use crate::manifold::{self, Manifold};
 use crate::parameters::{ParameterInfo, ParameterKind, Parameters, shared};
 use crate::registry::{IntegratorInfo, Making, refuses_for_light_paths};
@@ -143,6 +143,9 @@ impl Integrator for Bidirectional {
 #[derive(Default)]
 struct Work {
     paths: Subpaths,
+    links: Vec<Link>,
+    /// Photons around a vertex.
+    near: Vec<Near>,
     shown: LayerSample,
 }
 
@@ -211,21 +214,19 @@ impl Bidirectional {
     ) -> [f32; 3] {
         let mut hero = wl;
         hero.terminate_secondary();
-        let mut near = std::mem::take(&mut work.paths.near);
         let (depth, mut radiance) = (self.max_depth as usize, [0.0; 3]);
-        let n = work.paths.eye.vertices.len();
-        let (paths, counters) = (&mut work.paths, &mut out.counters);
-        let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
+        let Work { paths, links, near, .. } = work;
+        let (n, counters) = (paths.eye.vertices.len(), &mut out.counters);
+        let mut joint = Joint { scene, weighting: self.weighting, wl, paths, links, sampler, counters };
         for i in 0..n {
-            let radius = joint.find_photons(merging, i, &mut near);
-            for &near in &near {
+            let radius = joint.find_photons(merging, i, near);
+            for &near in near.iter() {
                 let Some(merged) = joint.merge(merging, (i, radius), near, depth) else { continue };
                 let wl = if merged.is_terminated { &hero } else { &wl };
                 let rgb = scene.film_rgb(merged.contribution.weighted, wl);
                 radiance = [0, 1, 2].map(|c| radiance[c] + rgb[c]);
             }
         }
-        work.paths.near = near;
         radiance
     }
 
@@ -238,13 +239,14 @@ impl Bidirectional {
         work: &mut Work,
         out: &mut CellOutput,
     ) -> [f32; 3] {
-        let Work { paths, shown } = work;
+        let Work { paths, links, shown, .. } = work;
         let mut radiance = [0.0; 3];
         for i in 0..paths.eye.vertices.len() {
             let left = (self.max_depth as usize).saturating_sub(paths.eye.events(i + 1));
             for n in 1..=manifold.longest.min(left) {
-                let (paths, counters) = (&mut *paths, &mut out.counters);
-                let mut joint = Joint { scene, weighting: self.weighting, wl, paths, sampler, counters };
+                let (links, counters) = (&mut *links, &mut out.counters);
+                let mut joint =
+                    Joint { scene, weighting: self.weighting, wl, paths, links, sampler, counters };
                 let Some(found) = joint.over_deltas(manifold, i, n) else { continue };
                 let rgb = scene.film_rgb(found, &wl);
                 radiance = [0, 1, 2].map(|c| radiance[c] + rgb[c]);
@@ -265,7 +267,7 @@ impl Bidirectional {
         work: &mut Work,
         out: &mut CellOutput,
     ) -> [f32; 3] {
-        let Work { paths, shown } = work;
+        let Work { paths, links, shown, .. } = work;
         let (n_eye, n_light) = (paths.eye.vertices.len(), paths.light.vertices.len());
         let per_light_path = scene.camera.n_pixels() / scene.settings().sample_bounds().area() as f32;
         let depth = self.max_depth as usize;
@@ -276,9 +278,9 @@ impl Bidirectional {
                 if s + t < 2 || paths.are_hidden(s, t) || paths.events(s, t) > depth {
                     continue;
                 }
-                let counters = &mut out.counters;
+                let (links, counters) = (&mut *links, &mut out.counters);
                 let mut joint =
-                    Joint { scene, weighting: self.weighting, wl, paths: &mut *paths, sampler, counters };
+                    Joint { scene, weighting: self.weighting, wl, paths, links, sampler, counters };
                 let Some(c) = joint.strategy(s, t) else { continue };
                 let factor = if c.splat.is_some() { per_light_path } else { 1.0 };
                 let rgb = scene.film_rgb(c.weighted * factor, &wl);
@@ -380,7 +382,7 @@ mod tests {
     /// batches; strategies that do not apply are empty.
     fn pyramid(scene: &Scene, depth: usize, batches: u32, paths_each: u32) -> Vec<Moments> {
         let mut sampler = Sampler::new(sampling::SamplerKind::Independent, 5);
-        let (mut paths, mut counters) = (Subpaths::default(), Counters::default());
+        let (mut paths, mut links, mut counters) = (Subpaths::default(), Vec::new(), Counters::default());
         let walks =
             Walks { scene, lengths: [depth + 1; 2], roulette: Roulette::from(u32::MAX), shared: None };
         let mut moments = vec![Moments::default(); depth + 3];
@@ -396,8 +398,9 @@ mod tests {
                 walks.light(&mut sampler, &mut wl, &mut counters, &mut paths);
                 for (s, sum) in sums.iter_mut().enumerate() {
                     let weighting = weighting(scene, Heuristic::Power);
-                    let (paths, sampler, counters) = (&mut paths, &mut sampler, &mut counters);
-                    let mut joint = Joint { scene, weighting, wl, paths, sampler, counters };
+                    let (paths, links) = (&paths, &mut links);
+                    let (sampler, counters) = (&mut sampler, &mut counters);
+                    let mut joint = Joint { scene, weighting, wl, paths, links, sampler, counters };
                     // Both kinds are means over the film: of radiance, or of its integral.
                     *sum += joint.strategy(s, depth + 2 - s).map_or(0.0, |c| {
                         let outside = c

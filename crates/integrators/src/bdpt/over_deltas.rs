@@ -44,6 +44,6 @@ impl Joint<'_> {
 
     /// Is the path whose links were gathered, from this light, not for us to make?
     pub(super) fn is_left_to_manifold(&self, light: LightId) -> bool {
-        self.weighting.is_left_to_manifold(&self.paths.links) && aims_at(self.scene, light)
+        self.weighting.is_left_to_manifold(self.links) && aims_at(self.scene, light)
     }
 }

@@ -20,7 +20,7 @@ use super::links::join;
 use super::weight::{LightEnd, Link, Strategy, Weighting};
 use crate::Counters;
 use crate::common::{
-    CameraStart, Leaving, LightStart, Near, Place, Subpath, Vertex, camera_densities, connect_to_eye,
+    CameraStart, Leaving, LightStart, Place, Subpath, Vertex, camera_densities, connect_to_eye,
     direct_density, emission_densities, place_of,
 };
 
@@ -45,12 +45,9 @@ pub(crate) struct Subpaths {
     pub(crate) light: Subpath,
     /// Density of next-event estimation from the light walk's first surface to its start.
     direct: f32,
-    pub(super) links: Vec<Link>,
     /// How many photons are found at the vertices of both walks; see [`Link`].
     pub(super) eye_merges: Vec<f32>,
     pub(super) light_merges: Vec<f32>,
-    /// Photons around a vertex.
-    pub(super) near: Vec<Near>,
 }
 
 impl Subpaths {
@@ -84,7 +81,9 @@ pub(crate) struct Joint<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) weighting: Weighting,
     pub(crate) wl: Wavelengths,
-    pub(crate) paths: &'a mut Subpaths,
+    pub(crate) paths: &'a Subpaths,
+    /// Kept and used again.
+    pub(crate) links: &'a mut Vec<Link>,
     pub(crate) sampler: &'a mut Sampler,
     pub(crate) counters: &'a mut Counters,
 }
@@ -124,27 +123,24 @@ impl Joint<'_> {
     fn find_emitters(&mut self, t: usize) -> Option<Contribution> {
         let before = t - 2;
         let mut sum = Contribution { unweighted: Spectrum::ZERO, weighted: Spectrum::ZERO, splat: None };
-        for i in 0..self.paths.eye.passed.len() {
-            let p = self.paths.eye.passed[i];
-            if p.after == before {
-                self.add_surface(&mut sum, t, &(p.si, p.throughput, p.forward));
-            }
+        let eye = &self.paths.eye;
+        for p in eye.passed.iter().filter(|p| p.after == before) {
+            self.add_surface(&mut sum, t, (&p.si, p.throughput, p.forward));
         }
         // What media emit has no rival: no light path starts in a medium.
-        for glow in self.paths.eye.glows.iter().filter(|g| g.after == before) {
+        for glow in eye.glows.iter().filter(|g| g.after == before) {
             sum.unweighted += glow.radiance;
             sum.weighted += glow.radiance;
         }
-        if let Some(v) = self.paths.eye.vertices.get(before) {
-            if let Some(&si) = v.surface() {
-                let surface = (si, v.throughput, v.forward);
-                self.add_surface(&mut sum, t, &surface);
+        if let Some(v) = eye.vertices.get(before) {
+            if let Some(si) = v.surface() {
+                self.add_surface(&mut sum, t, (si, v.throughput, v.forward));
             }
-        } else if let Some(e) = self.paths.eye.escape.filter(|_| self.paths.eye.vertices.len() == before) {
+        } else if let Some(e) = eye.escape.filter(|_| eye.vertices.len() == before) {
             // Every infinite light is a path of its own.
             let scene = self.scene;
-            let eye = self.paths.eye_start.map(|c| c.start.ray.origin);
-            let Some(from) = self.paths.eye.vertices.last().map(Vertex::p).or(eye) else { return Some(sum) };
+            let start = self.paths.eye_start.map(|c| c.start.ray.origin);
+            let Some(from) = eye.vertices.last().map(Vertex::p).or(start) else { return Some(sum) };
             for &light in scene.lights.infinite() {
                 let le = scene.lights.infinite_emitted(light, from, e.dir, &self.wl);
                 let place = Place::infinity(from);
@@ -160,9 +156,9 @@ impl Joint<'_> {
         &mut self,
         sum: &mut Contribution,
         t: usize,
-        &(si, throughput, forward): &(SurfaceInteraction, Spectrum, f32),
+        (si, throughput, forward): (&SurfaceInteraction, Spectrum, f32),
     ) {
-        if let (Some(light), Some(le)) = (si.light, self.scene.emitted(&si, si.wo, &self.wl)) {
+        if let (Some(light), Some(le)) = (si.light, self.scene.emitted(si, si.wo, &self.wl)) {
             let place = Place::on_surface(si.p, si.ng);
             let (back, time) = (si.wo, si.time);
             self.add_found(sum, t, &Found { light, place, le, throughput, forward, back, time });
@@ -191,14 +187,15 @@ impl Joint<'_> {
             return 0.0;
         }
         let end = LightEnd { emit, direct, is_hittable: true };
-        self.weighting.weight(&self.paths.links, &end, Strategy::Join(0))
+        self.weighting.weight(self.links, &end, Strategy::Join(0))
     }
 
     // ---- s = 1 ----
 
     fn next_event(&mut self, t: usize) -> Option<Contribution> {
         let (u_light, u) = (self.sampler.next_1d(), self.sampler.next_2d());
-        let z = self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?.clone();
+        let paths = self.paths;
+        let z = paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
         let from = z.light_context();
         let (light, chosen) = self.scene.light_selector.select(&from, u_light)?;
         let sample = self.scene.lights.sample(light, &from, u, &self.wl)?;
@@ -212,7 +209,7 @@ impl Joint<'_> {
             return None;
         }
         let ray = self.scene.shadow_ray(&from, &sample);
-        let value = value * self.through(&z, &ray)?;
+        let value = value * self.through(z, &ray)?;
 
         let place = place_of(&sample);
         let (emit, leaving) = emission_densities(self.scene, light, &place, (-sample.wi, from.time));
@@ -235,8 +232,9 @@ impl Joint<'_> {
     // ---- s, t ≥ 2 ----
 
     fn connect(&mut self, s: usize, t: usize) -> Option<Contribution> {
-        let y = self.paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?.clone();
-        let z = self.paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?.clone();
+        let paths = self.paths;
+        let y = paths.light.vertices.get(s - 2).filter(|v| v.is_connectible())?;
+        let z = paths.eye.vertices.get(t - 2).filter(|v| v.is_connectible())?;
         let d = z.p() - y.p();
         let distance_squared = d.length_squared();
         let w = Dir(d / distance_squared.sqrt());
@@ -246,20 +244,21 @@ impl Joint<'_> {
             return None;
         }
         let (a, b) = (y.spawn_ray(w).origin, z.spawn_ray(-w).origin);
-        let value = value * self.through(&y, &segment(a, b, y.time()))?;
+        let value = value * self.through(y, &segment(a, b, y.time()))?;
 
         let end = self.light_end()?;
         let (before_y, before_z) = (self.light_place(s - 2), self.eye_place(t - 2));
         let links = self.gather(s, None, t);
-        join(links, s, &y, &z, (w, before_y, before_z));
+        join(links, s, y, z, (w, before_y, before_z));
         Some(self.weighted(value, &end, s, None))
     }
 
     // ---- t = 1 ----
 
     fn reach_eye(&mut self, s: usize) -> Option<Contribution> {
-        let y = self.paths.light.vertices.get(s - 2)?.clone();
-        let (eye, through) = connect_to_eye(self.scene, &y, (&mut *self.sampler, &self.wl), self.counters)?;
+        let paths = self.paths;
+        let y = paths.light.vertices.get(s - 2)?;
+        let (eye, through) = connect_to_eye(self.scene, y, (&mut *self.sampler, &self.wl), self.counters)?;
         let scattered = y.scatter(eye.wi, TransportMode::Importance);
         let value = y.throughput * scattered * through * eye.weight;
         if value.is_black() || !value.is_finite() {
@@ -322,7 +321,7 @@ impl Joint<'_> {
     }
 
     fn weighted(&self, value: Spectrum, end: &LightEnd, s: usize, splat: Option<[f32; 2]>) -> Contribution {
-        let weight = self.weighting.weight(&self.paths.links, end, Strategy::Join(s));
+        let weight = self.weighting.weight(self.links, end, Strategy::Join(s));
         Contribution { unweighted: value, weighted: value * weight, splat }
     }
 

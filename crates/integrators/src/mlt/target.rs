@@ -8,7 +8,7 @@ use spectrum::Wavelengths;
 use super::map::Map;
 use super::space::{EYE, JOINT, Kinds, LIGHT, N_STREAMS, Numbers, Technique};
 use crate::Counters;
-use crate::bdpt::{Contribution, Joint, Subpaths, Walks, Weighting};
+use crate::bdpt::{Contribution, Joint, Link, Subpaths, Walks, Weighting};
 use crate::common::{Roulette, Subpath, place_in};
 use crate::manifold::Manifold;
 
@@ -46,6 +46,7 @@ pub(super) struct Target<'a> {
     pub(super) map: &'a Map,
     pub(super) counters: Counters,
     paths: Subpaths,
+    links: Vec<Link>,
     wl: Wavelengths,
     raster: [f32; 2],
     /// Numbers for joining, of one technique after the other.
@@ -63,6 +64,7 @@ impl<'a> Target<'a> {
             map,
             counters: Counters::default(),
             paths: Subpaths::default(),
+            links: Vec::new(),
             wl: Wavelengths::RGB,
             raster: [0.0; 2],
             joint: Vec::new(),
@@ -155,8 +157,8 @@ impl<'a> Target<'a> {
     /// Joins the two walks; `None` for nothing.
     fn join(&mut self, technique: Technique, (s, t): (usize, usize), sampler: &mut Sampler) -> Option<Value> {
         let (scene, weighting, wl) = (self.scene, self.weighting, self.wl);
-        let (paths, counters) = (&mut self.paths, &mut self.counters);
-        let mut joint = Joint { scene, weighting, wl, paths, sampler, counters };
+        let (paths, links, counters) = (&self.paths, &mut self.links, &mut self.counters);
+        let mut joint = Joint { scene, weighting, wl, paths, links, sampler, counters };
         let c = match technique.chain {
             0 => joint.strategy(s, t)?,
             n => {

@@ -25,8 +25,8 @@ mod walk;
 use spectrum::Spectrum;
 
 pub(super) use closed::ClosedForm;
-use profile::smooth_at;
 pub use profile::{CoatProfile, CoatProfiles};
+use profile::{smooth_at, smooth_both};
 pub(super) use walk::Walk;
 
 /// A dielectric layer: its upper boundary and what is in it. The defaults are pbrt-v4's.
@@ -98,6 +98,10 @@ pub(super) fn bounces(x: f32, max_depth: u16) -> f32 {
     if x >= 0.999_999 {
         return f32::from(n);
     }
+    // x^n < e^(−n (1 − x)) would be no number of f32.
+    if f32::from(n) * (1.0 - x) > 110.0 {
+        return 1.0 / (1.0 - x);
+    }
     (1.0 - integer_power(x, n)) / (1.0 - x)
 }
 
@@ -126,5 +130,9 @@ mod tests {
         assert!((bounces(0.9, 2000) - 10.0).abs() < 1e-4);
         assert_eq!(bounces(1.0, 10), 5.0);
         assert_eq!(bounces(0.0, 10), 1.0);
+        for x in [0.0, 0.3, 0.99, 0.996_6, 0.999, 0.999_9] {
+            let n = u16::MAX.div_ceil(2);
+            assert_eq!(bounces(x, u16::MAX), (1.0 - integer_power(x, n)) / (1.0 - x), "{x}");
+        }
     }
 }

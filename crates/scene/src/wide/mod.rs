@@ -28,6 +28,6 @@ impl Scene {
         if !self.shadow_filter {
             return self.accel.occluded_many(rays, occluded, &mut accept_all_of);
         }
-        self.accel.occluded_many(rays, occluded, &mut |i, hit| self.blocks::<true>(&rays[i], hit));
+        self.accel.occluded_many(rays, occluded, &mut |i, hit| self.blocks(&rays[i], hit));
     }
 }

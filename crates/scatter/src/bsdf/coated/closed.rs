@@ -16,7 +16,7 @@ use spectrum::Spectrum;
 use super::super::conductor::{mirror, mirroring_facet};
 use super::super::diffuse::cosine_on_side_of;
 use super::super::{BsdfSample, Dielectric, Gloss, Lobe, LobeFlags};
-use super::{CoatProfile, smooth_at};
+use super::{CoatProfile, smooth_at, smooth_both};
 use crate::fresnel;
 use crate::microfacet::MIN_COS;
 
@@ -27,6 +27,17 @@ pub(in super::super) struct ClosedForm {
     scale: Spectrum,
     thickness: f32,
     profile: CoatProfile,
+}
+
+/// What a direction sees of both lobes.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Of the boundary.
+    reflectance: f32,
+    /// To the base.
+    transmittance: f32,
+    /// Chance of sampling the boundary.
+    p_top: f32,
 }
 
 impl ClosedForm {
@@ -80,9 +91,21 @@ impl ClosedForm {
     /// Chance of sampling the boundary rather than the base; `None` where neither reflects.
     #[inline]
     pub(in super::super) fn top_probability(&self, wo: LocalDir, tint: Spectrum) -> Option<f32> {
-        let [top, base] = self.albedos(wo, tint).map(Spectrum::max_component);
+        self.seen(wo, tint).map(|s| s.p_top)
+    }
+
+    /// What does not depend on the other direction; `None` where neither lobe reflects.
+    #[inline]
+    fn seen(&self, wo: LocalDir, tint: Spectrum) -> Option<Seen> {
+        let (reflectance, transmittance) = if self.profile.is_rough() {
+            (fresnel::dielectric(wo.0.z, self.top.eta()), self.profile.rough_at(wo.0.z))
+        } else {
+            smooth_both(self.top.eta(), self.thickness, wo.0.z)
+        };
+        let top = (tint * reflectance).max_component();
+        let base = (self.scale * (PI * self.profile.average() * transmittance)).max_component();
         let sum = top + base;
-        (sum > 0.0).then(|| top / sum)
+        (sum > 0.0).then(|| Seen { reflectance, transmittance, p_top: top / sum })
     }
 
     /// `f` and the density.
@@ -93,8 +116,22 @@ impl ClosedForm {
         wi: LocalDir,
         tint: Spectrum,
     ) -> (Spectrum, Pdf<SolidAngle>) {
-        let Some(p_top) = self.top_probability(wo, tint) else { return (Spectrum::ZERO, Pdf::ZERO) };
-        let mut f = self.scale * (self.transmittance(wo) * self.transmittance(wi));
+        match self.seen(wo, tint) {
+            Some(seen) => self.eval_pdf_seen(&seen, wo, wi, tint),
+            None => (Spectrum::ZERO, Pdf::ZERO),
+        }
+    }
+
+    /// The same, given what `wo` sees.
+    #[inline]
+    fn eval_pdf_seen(
+        &self,
+        &Seen { transmittance, p_top, .. }: &Seen,
+        wo: LocalDir,
+        wi: LocalDir,
+        tint: Spectrum,
+    ) -> (Spectrum, Pdf<SolidAngle>) {
+        let mut f = self.scale * (transmittance * self.transmittance(wi));
         let mut pdf = (1.0 - p_top) * wi.0.z * FRAC_1_PI;
         if !self.top.is_smooth()
             && let Some(m) = mirroring_facet(wo, wi)
@@ -118,16 +155,17 @@ impl ClosedForm {
         u: [f32; 2],
         tint: Spectrum,
     ) -> Option<BsdfSample> {
-        let p_top = self.top_probability(wo, tint)?;
+        let seen = self.seen(wo, tint)?;
+        let p_top = seen.p_top;
         if self.top.is_smooth() {
             if u_lobe < p_top {
-                let weight = tint * (fresnel::dielectric(wo.0.z, self.top.eta()) / p_top);
+                let weight = tint * (seen.reflectance / p_top);
                 let lobe = Lobe::reflection(Gloss::Specular);
                 return Some(BsdfSample::delta(wo.reflect(), weight, p_top, lobe));
             }
             let wi = cosine_on_side_of(wo, u)?;
             let p = 1.0 - p_top;
-            let t = self.transmittance(wo) * self.transmittance(wi);
+            let t = seen.transmittance * self.transmittance(wi);
             let weight = self.scale * (PI * t / p);
             let lobe = Lobe::reflection(Gloss::Diffuse);
             return Some(BsdfSample::smooth(wi, weight, Pdf::new(p * wi.0.z * FRAC_1_PI), lobe));
@@ -142,7 +180,7 @@ impl ClosedForm {
         if wi.0.z <= MIN_COS {
             return None;
         }
-        let (f, pdf) = self.eval_pdf(wo, wi, tint);
+        let (f, pdf) = self.eval_pdf_seen(&seen, wo, wi, tint);
         pdf.is_positive()
             .then(|| BsdfSample::smooth(wi, f * (wi.0.z / pdf.value()), pdf, Lobe::reflection(gloss)))
     }

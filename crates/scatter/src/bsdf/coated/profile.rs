@@ -122,11 +122,17 @@ impl CoatProfile {
 /// `t(μ)` of a smooth boundary.
 #[inline]
 pub(crate) fn smooth_at(eta: f32, thickness: f32, mu: f32) -> f32 {
+    smooth_both(eta, thickness, mu).1
+}
+
+/// Its reflectance and `t(μ)`.
+#[inline]
+pub(crate) fn smooth_both(eta: f32, thickness: f32, mu: f32) -> (f32, f32) {
     let there = fresnel::interface(mu, eta);
     if there.reflectance >= 1.0 {
-        return 0.0;
+        return (there.reflectance, 0.0);
     }
-    (1.0 - there.reflectance) * absorbed(thickness, there.cos_transmitted)
+    (there.reflectance, (1.0 - there.reflectance) * absorbed(thickness, there.cos_transmitted))
 }
 
 /// Profiles of one coat over a range of roughness, for materials whose roughness is a texture.
