@@ -210,7 +210,7 @@ impl Direct {
         counters: &mut Counters,
     ) -> Spectrum {
         let scene = here.scene;
-        let from = here.si.light_context();
+        let from = here.shading.light_context(here.si);
         let mut found = Spectrum::ZERO;
         let mut ray = here.si.spawn_ray(w);
         let mut around = scene.surroundings_after(here.si, w, &here.around);
@@ -249,7 +249,7 @@ impl Direct {
 impl DirectLight<'_> {
     /// Delta lights alone, for techniques that cannot find them by rays.
     fn delta_lights(&self, sampler: &mut Sampler, wl: &Wavelengths, counters: &mut Counters) -> Spectrum {
-        let ctx: LightContext = self.si.light_context();
+        let ctx: LightContext = self.shading.light_context(self.si);
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
         let Some((light, chosen)) = self.scene.light_selector.select(&ctx, u_light) else {
             return Spectrum::ZERO;

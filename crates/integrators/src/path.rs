@@ -251,7 +251,7 @@ impl<S: Shortcut> Path<S> {
         walk.depth += 1;
         walk.steps += 1;
         // One direction for so many light samples.
-        walk.previous.rival = s.pdf.map(|pdf| (si.light_context(), pdf * (1.0 / n_light as f32)));
+        walk.previous.rival = s.pdf.map(|pdf| (shading.light_context(si), pdf * (1.0 / n_light as f32)));
         walk.previous.flight = None;
         walk.shortcut_from = if shortcut && s.pdf.is_some() { Some((*si, shading.clone())) } else { None };
         if s.pdf.is_none() && s.wi.0.z < 0.0 && shading.bsdf.as_soft_border().is_some() {

@@ -296,6 +296,13 @@ impl Scene {
         self.light_media = media;
     }
 
+    /// Lets skies learn from where they are seen. Borders of media do not count, nor media.
+    pub(crate) fn look_at_skies(&mut self) {
+        let mut lights = std::mem::take(&mut self.lights);
+        lights.look_at_skies(&self.bounds(), |ray| self.occluded(ray));
+        self.lights = lights;
+    }
+
     /// The medium at a point, by the first border in a direction; the camera's where there is none.
     fn medium_at(&self, p: Point, w: Dir) -> Option<MediumId> {
         let mut ray = Ray::new(p, w, 0.0);

@@ -50,7 +50,7 @@ impl SurfaceInteraction {
         Ray::new(error_bound::offset_ray_origin(self.p, self.p_error, self.ng, w), w, self.time)
     }
 
-    /// What a light needs to know of this point.
+    /// What a light needs to know of this point, whatever stands there: see [`crate::Shading::light_context`].
     #[must_use]
     pub fn light_context(&self) -> LightContext {
         LightContext {
@@ -58,6 +58,7 @@ impl SurfaceInteraction {
             p_error: self.p_error,
             ng: Some(self.ng),
             ns: Some(self.frame.n),
+            only_front: false,
             time: self.time,
         }
     }
@@ -74,6 +75,8 @@ pub struct LightContext {
     pub ng: Option<Dir>,
     /// Shading normal.
     pub ns: Option<Dir>,
+    /// Is light from behind the shading normal of no use?
+    pub only_front: bool,
     /// The moment.
     pub time: f32,
 }

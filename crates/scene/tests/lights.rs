@@ -223,7 +223,7 @@ fn emitters(two_sided: bool) -> Vec<(&'static str, Lights)> {
 }
 
 fn at(p: Point) -> LightContext {
-    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time: 0.0 }
+    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, only_front: false, time: 0.0 }
 }
 
 const FIRST: LightId = LightId(0);
@@ -571,8 +571,17 @@ fn samples_of_a_sphere_fill_its_cone_evenly() {
 
 #[test]
 fn directions_of_infinite_lights_follow_their_density() {
-    for (name, lights) in far_and_point_lights().into_iter().skip(16) {
-        let context = at(Point::default());
+    // From anywhere; then before surfaces, where half of space sees the upper half of the sky alone.
+    let (any, n) = (at(Point::new(0.3, 0.4, 0.5)), Some(Dir::normalize(Vec3::new(0.3, 0.5, -0.4))));
+    let contexts = [any, LightContext { ns: n, ..any }, LightContext { ns: n, only_front: true, ..any }];
+    let cases = contexts.into_iter().enumerate();
+    for (i, context, (name, mut lights)) in
+        cases.flat_map(|(i, c)| far_and_point_lights().into_iter().skip(16).map(move |l| (i, c, l)))
+    {
+        if i > 0 {
+            let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(1.0) };
+            lights.look_at_skies(&bounds, |ray| ray.origin.0.x > 0.0 && ray.dir.0.z < 0.0);
+        }
         let settings = Chi2Settings { cells: [8, 16], ..Chi2Settings::default() };
         // Images have a dark row: its directions must have no density.
         chi2_sphere(
@@ -586,7 +595,7 @@ fn directions_of_infinite_lights_follow_their_density() {
                 f64::from(lights.pdf(FIRST, &context, Point::default(), w, w).value())
             },
         )
-        .unwrap_or_else(|e| panic!("{name}: {e}"));
+        .unwrap_or_else(|e| panic!("{name} {i}: {e}"));
     }
 }
 

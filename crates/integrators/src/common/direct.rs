@@ -64,7 +64,7 @@ impl DirectLight<'_> {
     }
 
     fn sample_stratum(&self, strategy: LightStrategy, stratum: [u32; 2], tools: &mut Tools<'_>) -> Spectrum {
-        let ctx = self.si.light_context();
+        let ctx = self.shading.light_context(self.si);
         let Some((sample, chosen)) = tools.light_sample(self.scene, &ctx, stratum) else {
             return Spectrum::ZERO;
         };

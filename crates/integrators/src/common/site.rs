@@ -40,7 +40,14 @@ impl MediumPoint {
     }
 
     pub(crate) fn light_context(&self) -> LightContext {
-        LightContext { p: self.p, p_error: Vec3::ZERO, ng: None, ns: None, time: self.time }
+        LightContext {
+            p: self.p,
+            p_error: Vec3::ZERO,
+            ng: None,
+            ns: None,
+            only_front: false,
+            time: self.time,
+        }
     }
 }
 
@@ -99,7 +106,7 @@ impl Site {
     /// What a light needs to know of the point.
     pub(crate) fn light_context(&self) -> LightContext {
         match self {
-            Self::Surface { si, .. } => si.light_context(),
+            Self::Surface { si, shading } => shading.light_context(si),
             Self::Medium(m) => m.light_context(),
         }
     }

@@ -60,7 +60,7 @@ impl State {
         self.depth += 1;
         self.steps += 1;
         self.before = match s.pdf {
-            Some(pdf) => Before::Rival(si.light_context(), pdf, counts),
+            Some(pdf) => Before::Rival(shading.light_context(si), pdf, counts),
             None => self.before.after_delta(),
         };
         let dir = shading.frame.to_world(s.wi);

@@ -112,6 +112,7 @@ pub fn recompile(
     };
     scene.place_camera(medium_ids.described(desc.camera.medium));
     scene.place_lights(&declared);
+    scene.look_at_skies();
     Some(scene)
 }
 

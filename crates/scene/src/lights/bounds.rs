@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use math::{Bounds, Dir, Point, Vec3, trig};
+use math::{Bounds, Dir, Point, Ray, Vec3, trig};
 
 use super::emitter::NormalCone;
 use super::{Light, Lights};
@@ -89,6 +89,15 @@ impl Lights {
             | Light::Portal(_)
             | Light::Area(_)
             | Light::Moving(_) => None,
+        }
+    }
+
+    /// Learns how much of skies is seen from where in `bounds`; `is_blocked` tells of rays to infinity.
+    pub fn look_at_skies(&mut self, bounds: &Bounds, is_blocked: impl Fn(&Ray) -> bool + Sync) {
+        for light in &mut self.list {
+            if let Light::InfiniteImage(sky) = light {
+                sky.look(bounds, &is_blocked);
+            }
         }
     }
 

@@ -2,13 +2,14 @@
 //!
 //! An image is sampled pixel by pixel [PBR4e, sec. 12.5.2], with the mean of R, G and B as weight: where the lookup
 //! is bilinear, each pixel's weight is the mean of the interpolated values over it (binomial weights 1, 6, 1 each way),
-//! so that no direction that emits has density zero.
+//! so that no direction that emits has density zero. Light samples are drawn by what the point may see of it: see `patches`.
 //!
-//! Left out: density compensation for multiple importance sampling [Karlik2019].
+//! Left out: density compensation for multiple importance sampling [Karlik2019], of which little is left beside `patches`
+//! (docs/decisions/0250).
 
 use std::f32::consts::{PI, TAU};
 
-use math::{Dir, Vec3, trig};
+use math::{Bounds, Dir, Ray, Vec3, trig};
 use sampling::distribution::PiecewiseConstant2D;
 use sampling::{Pdf, SolidAngle, warp};
 use scene_desc::SphericalMapping;
@@ -16,6 +17,8 @@ use spectrum::{Spectrum, Wavelengths};
 
 use super::delta::{inside, to_light};
 use super::emission::{Emission, ImageEmission, Lookup};
+use super::patches::Patches;
+use crate::LightContext;
 use crate::linear_map::LinearMap;
 
 /// The same radiance from everywhere.
@@ -31,6 +34,7 @@ pub(crate) struct InfiniteImage {
     emission: ImageEmission,
     mapping: SphericalMapping,
     distribution: PiecewiseConstant2D,
+    patches: Option<Box<Patches>>,
     mean: f32,
 }
 
@@ -66,7 +70,13 @@ impl InfiniteImage {
         // Both mappings: the mean over the sphere is the mean of weights over the mean of the measure.
         let measure: f32 = (0..height).map(|y| row_measure(mapping, y, height)).sum::<f32>() / height as f32;
         let mean = distribution.integral() as f32 / measure;
-        (mean > 0.0).then_some(Self { world_from_light, emission, mapping, distribution, mean })
+        if mean <= 0.0 {
+            return None;
+        }
+        let patches = None;
+        let mut sky = Self { world_from_light, emission, mapping, distribution, patches, mean };
+        sky.patches = Patches::new(&weights, width, |p| sky.direction(p)).map(Box::new);
+        Some(sky)
     }
 
     /// Radiance from the direction `w`.
@@ -75,25 +85,48 @@ impl InfiniteImage {
         self.emission.eval(self.uv(local), wavelengths)
     }
 
-    /// A direction towards the light, with its radiance and density.
+    /// Learns how much of it is seen from where; `is_blocked` tells of rays to infinity.
+    pub(super) fn look(&mut self, bounds: &Bounds, is_blocked: impl Fn(&Ray) -> bool + Sync) {
+        if let Some(mut patches) = self.patches.take() {
+            patches.look(bounds, |p| self.direction(p), is_blocked);
+            self.patches = Some(patches);
+        }
+    }
+
+    /// A direction towards the light, with its radiance and density: for a point, or for no place in particular.
     pub(super) fn sample(
         &self,
+        context: Option<&LightContext>,
         u: [f32; 2],
         wavelengths: &Wavelengths,
     ) -> Option<(Dir, Spectrum, Pdf<SolidAngle>)> {
-        let s = self.distribution.sample(u);
-        let local = self.local(s.p)?;
+        let (p, density) = match (&self.patches, context) {
+            (Some(patches), Some(context)) => {
+                let s = patches.sample(context, u)?;
+                (s.p, s.pdf)
+            }
+            (Some(_) | None, _) => {
+                let s = self.distribution.sample(u);
+                (s.p, s.pdf)
+            }
+        };
+        let local = self.local(p)?;
         let mapped = self.world_from_light.apply(local.0);
         // M⁻¹ of the unit direction is the light's direction over |M w_light|.
         let ratio = self.world_from_light.inverse_solid_angle_ratio(1.0 / mapped.length());
-        let pdf = s.pdf.value() * self.square_density(local) * ratio;
+        let pdf = density.value() * self.square_density(local) * ratio;
         (pdf > 0.0 && pdf.is_finite())
-            .then(|| (Dir::normalize(mapped), self.emission.eval(s.p, wavelengths), Pdf::new(pdf)))
+            .then(|| (Dir::normalize(mapped), self.emission.eval(p, wavelengths), Pdf::new(pdf)))
     }
 
-    pub(super) fn pdf(&self, w: Dir) -> Pdf<SolidAngle> {
+    /// Density of [`InfiniteImage::sample`].
+    pub(super) fn pdf(&self, context: Option<&LightContext>, w: Dir) -> Pdf<SolidAngle> {
         let (local, ratio) = to_light(&self.world_from_light, w);
-        let p = self.distribution.pdf(self.uv(local)).value() * self.square_density(local) * ratio;
+        let density = match (&self.patches, context) {
+            (Some(patches), Some(context)) => patches.pdf(context, self.uv(local)),
+            (Some(_) | None, _) => self.distribution.pdf(self.uv(local)),
+        };
+        let p = density.value() * self.square_density(local) * ratio;
         Pdf::new(if p.is_finite() { p } else { 0.0 })
     }
 
@@ -134,6 +167,11 @@ impl InfiniteImage {
                 self.stretch() / (2.0 * PI * PI * (v.x * v.x + v.y * v.y).sqrt())
             }
         }
+    }
+
+    /// The world's direction of a place of the unit square; `None` where there is no sphere.
+    fn direction(&self, p: [f32; 2]) -> Option<Dir> {
+        Some(Dir::normalize(self.world_from_light.apply(self.local(p)?.0)))
     }
 
     /// The light's direction of a place of the unit square; `None` where there is no sphere.

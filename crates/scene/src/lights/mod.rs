@@ -28,6 +28,7 @@ mod ies;
 mod infinite;
 mod moving;
 mod outgoing;
+mod patches;
 mod portal;
 mod projection;
 mod sample;
@@ -227,7 +228,7 @@ impl Lights {
                 Some(self.sample_infinity(light, from, (wi, l.radiance.value(wavelengths)), density))
             }
             Light::InfiniteImage(l) => {
-                let (wi, li, pdf) = l.sample(u, wavelengths)?;
+                let (wi, li, pdf) = l.sample(Some(context), u, wavelengths)?;
                 Some(self.sample_infinity(light, from, (wi, li), Density::Smooth(pdf)))
             }
             Light::Portal(l) => {
@@ -254,7 +255,7 @@ impl Lights {
             | Light::Projection(_)
             | Light::Distant(_) => Pdf::ZERO,
             Light::InfiniteConstant(_) => warp::uniform_sphere_pdf(),
-            Light::InfiniteImage(l) => l.pdf(wi),
+            Light::InfiniteImage(l) => l.pdf(Some(context), wi),
             Light::Portal(l) => l.pdf(context.p, wi),
             Light::Area(l) if l.visible => l.emitter.pdf(context.p, p, n),
             Light::Moving(l) if l.area.visible => l.pdf(context.p, (p, n), context.time),

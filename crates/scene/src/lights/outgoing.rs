@@ -80,7 +80,7 @@ impl Lights {
                 from_infinity(w, l.radiance.value(wavelengths), Some(warp::uniform_sphere_pdf()))
             }
             Light::InfiniteImage(l) => {
-                let (w, le, pdf) = l.sample(u_direction, wavelengths)?;
+                let (w, le, pdf) = l.sample(None, u_direction, wavelengths)?;
                 from_infinity(w, le, Some(pdf))
             }
             Light::Portal(l) => {
@@ -158,7 +158,7 @@ impl Lights {
             Light::Projection(l) => (None, Some(l.pdf_direction(w))),
             Light::Distant(_) => (Some(self.world.disk_pdf()), None),
             Light::InfiniteConstant(_) => (Some(self.world.disk_pdf()), Some(warp::uniform_sphere_pdf())),
-            Light::InfiniteImage(l) => (Some(self.world.disk_pdf()), Some(l.pdf(-w))),
+            Light::InfiniteImage(l) => (Some(self.world.disk_pdf()), Some(l.pdf(None, -w))),
             Light::Portal(l) => {
                 let (position, direction) = l.emission_pdf(p, -w);
                 (Some(position), Some(direction))
