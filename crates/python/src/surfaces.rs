@@ -192,7 +192,7 @@ impl Surfaces {
         let u = rows::<3>("u", &u)?;
         let scene = &self.opened.scene;
         let drawn = self.map(py, u.len(), |p, i| {
-            let from = p.si.light_context();
+            let from = p.shading.as_ref().map_or_else(|| p.si.light_context(), |s| s.light_context(&p.si));
             let [choice, x, y] = u[i];
             let (light, chance) = scene.light_selector.select(&from, choice)?;
             let sample = scene.lights.sample(light, &from, [x, y], &Wavelengths::RGB)?;

@@ -53,14 +53,7 @@ impl SurfaceInteraction {
     /// What a light needs to know of this point, whatever stands there: see [`crate::Shading::light_context`].
     #[must_use]
     pub fn light_context(&self) -> LightContext {
-        LightContext {
-            p: self.p,
-            p_error: self.p_error,
-            ng: Some(self.ng),
-            ns: Some(self.frame.n),
-            only_front: false,
-            time: self.time,
-        }
+        LightContext { p: self.p, p_error: self.p_error, ng: Some(self.ng), ns: None, time: self.time }
     }
 }
 
@@ -73,10 +66,8 @@ pub struct LightContext {
     pub p_error: Vec3,
     /// Geometric normal.
     pub ng: Option<Dir>,
-    /// Shading normal.
+    /// Shading normal, on the side from which light is of use; `None` where that is both.
     pub ns: Option<Dir>,
-    /// Is light from behind the shading normal of no use?
-    pub only_front: bool,
     /// The moment.
     pub time: f32,
 }

@@ -88,11 +88,9 @@ impl Shading {
     #[inline]
     #[must_use]
     pub fn light_context(&self, si: &SurfaceInteraction) -> LightContext {
-        let (only_front, n) = match self.bsdf.flags().intersects(LobeFlags::TRANSMISSION) {
-            true => (false, self.frame.n),
-            false => (true, self.frame.n.face_forward(si.wo)),
-        };
-        LightContext { ns: Some(n), only_front, ..si.light_context() }
+        let ns = self.frame.n.face_forward(si.wo);
+        let is_opaque = !self.bsdf.flags().intersects(LobeFlags::TRANSMISSION);
+        LightContext { ns: is_opaque.then_some(ns), ..si.light_context() }
     }
 }
 

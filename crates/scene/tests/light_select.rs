@@ -78,7 +78,7 @@ fn contexts() -> impl Iterator<Item = LightContext> {
         // Some inside of the lights' box, some outside; some on surfaces, some in media.
         let p = Point(place(10, i) * if i % 3 == 0 { 4.0 } else { 1.0 });
         let n = (i % 4 != 0).then(|| Dir::normalize(place(11, i)));
-        LightContext { p, p_error: Vec3::ZERO, ng: n, ns: n, only_front: false, time: 0.0 }
+        LightContext { p, p_error: Vec3::ZERO, ng: n, ns: n, time: 0.0 }
     })
 }
 
@@ -239,7 +239,7 @@ fn a_spot_with_a_hard_edge_is_chosen_where_it_shines() {
     for strategy in STRATEGIES {
         let n = Some(Dir::Z);
         let p = Point(Vec3::new(0.1, 0.1, 0.0));
-        let context = LightContext { p, p_error: Vec3::ZERO, ng: n, ns: n, only_front: false, time: 0.0 };
+        let context = LightContext { p, p_error: Vec3::ZERO, ng: n, ns: n, time: 0.0 };
         let chosen = LightSelector::new(strategy, &lights).select(&context, 0.5);
         assert!(chosen.is_some_and(|(_, p)| p > 0.99), "{strategy:?}: {chosen:?}");
     }
@@ -269,8 +269,7 @@ fn portals_are_chosen_where_their_light_comes() {
     let selector = LightSelector::new(LightSelection::Spatial, &lights);
     for (z, sees) in [(0.0, [true, true]), (2.0, [false, true]), (-2.0, [true, false])] {
         let p = Point(Vec3::new(0.2, 0.1, z));
-        let context =
-            LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, only_front: false, time: 0.0 };
+        let context = LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time: 0.0 };
         let chances = [above, below, point].map(|l| selector.probability(&context, l));
         assert_eq!([chances[0] > 0.0, chances[1] > 0.0], sees, "{z}: {chances:?}");
         assert!((chances.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{z}: {chances:?}");

@@ -223,7 +223,7 @@ fn emitters(two_sided: bool) -> Vec<(&'static str, Lights)> {
 }
 
 fn at(p: Point) -> LightContext {
-    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, only_front: false, time: 0.0 }
+    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time: 0.0 }
 }
 
 const FIRST: LightId = LightId(0);
@@ -573,7 +573,7 @@ fn samples_of_a_sphere_fill_its_cone_evenly() {
 fn directions_of_infinite_lights_follow_their_density() {
     // From anywhere; then before surfaces, where half of space sees the upper half of the sky alone.
     let (any, n) = (at(Point::new(0.3, 0.4, 0.5)), Some(Dir::normalize(Vec3::new(0.3, 0.5, -0.4))));
-    let contexts = [any, LightContext { ns: n, ..any }, LightContext { ns: n, only_front: true, ..any }];
+    let contexts = [any, LightContext { ns: n, ..any }];
     let cases = contexts.into_iter().enumerate();
     for (i, context, (name, mut lights)) in
         cases.flat_map(|(i, c)| far_and_point_lights().into_iter().skip(16).map(move |l| (i, c, l)))

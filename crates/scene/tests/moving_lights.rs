@@ -88,7 +88,7 @@ fn moving(form: &str, motion: &AnimatedTransform) -> Lights {
 }
 
 fn at(p: Point, time: f32) -> LightContext {
-    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, only_front: false, time }
+    LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time }
 }
 
 /// Before the first key, between them, after the second.

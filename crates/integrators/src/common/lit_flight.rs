@@ -67,8 +67,7 @@ impl LitFlight {
             return None;
         }
         let p = ray.at(0.5 * ray.t_max.min(reach));
-        let middle =
-            LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, only_front: false, time: ray.time };
+        let middle = LightContext { p, p_error: Vec3::ZERO, ng: None, ns: None, time: ray.time };
         let lit = Self { ray: *ray, medium, carried, middle, reach };
 
         // No light is near a thick ray that is far from the sphere around all.

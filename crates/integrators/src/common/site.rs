@@ -40,14 +40,7 @@ impl MediumPoint {
     }
 
     pub(crate) fn light_context(&self) -> LightContext {
-        LightContext {
-            p: self.p,
-            p_error: Vec3::ZERO,
-            ng: None,
-            ns: None,
-            only_front: false,
-            time: self.time,
-        }
+        LightContext { p: self.p, p_error: Vec3::ZERO, ng: None, ns: None, time: self.time }
     }
 }
 

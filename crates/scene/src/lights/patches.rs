@@ -188,10 +188,6 @@ impl Patches {
         if let Some(n) = context.ns {
             for (i, w) in weights.iter_mut().enumerate() {
                 let cos = self.x[i] * n.0.x + self.y[i] * n.0.y + self.z[i] * n.0.z;
-                if !context.only_front {
-                    *w *= cos.abs().max(0.5 * self.sin[i]);
-                    continue;
-                }
                 // About the mean over the patch of max(0, cos): where the horizon cuts it, a parabola.
                 let above = (cos + self.sin[i]).max(Vec4::ZERO);
                 let cut = above * above / (4.0 * self.sin[i]);

@@ -118,7 +118,7 @@ impl Paths {
                 put(column::P, &from.p.0.to_array());
                 put(column::ERROR, &from.p_error.to_array());
                 put(column::NG, &from.ng.unwrap_or_default().0.to_array());
-                put(column::NS, &from.ns.unwrap_or_default().0.to_array());
+                put(column::NS, &from.ns.map_or(Vec3::ZERO, |n| n.0).to_array());
                 pdf.value()
             }
             None => -1.0,
@@ -143,7 +143,8 @@ impl Paths {
                 p: Point(vec3(column::P)),
                 p_error: vec3(column::ERROR),
                 ng: Some(Dir(vec3(column::NG))),
-                ns: Some(Dir(vec3(column::NS))),
+                // (None is kept as zero.)
+                ns: Some(Dir(vec3(column::NS))).filter(|n| n.0 != Vec3::ZERO),
                 time: ray.time,
             };
             (from, Pdf::new(pdf))

@@ -133,7 +133,8 @@ impl Groups<'_, '_> {
             place: PlaceLanes {
                 at: surface.at,
                 ng: surface.ng,
-                ns: surface.frame.n,
+                // Light is of use on the side that is looked at: `Shading::light_context`.
+                ns: surface.frame.n.face_forward(wo),
                 time: F::load(&dirs[3]),
             },
             wo: surface.frame.to_local(wo),
@@ -187,7 +188,7 @@ impl Groups<'_, '_> {
         paths.put3(column::P, n, surface.at.p, on);
         paths.put3(column::ERROR, n, surface.at.error, on);
         paths.put3(column::NG, n, surface.ng, on);
-        paths.put3(column::NS, n, surface.frame.n, on);
+        paths.put3(column::NS, n, sixteen.place.ns, on);
         paths.put(column::RIVAL, n, pdf, on);
         paths.put(column::ETA_SCALE, n, sixteen.eta_scale, on);
         paths.put_words::<F>(word::DEPTH, n, depth, on);
