@@ -1,8 +1,9 @@
 //! A point on a surface, as integrators, materials, textures and lights see it.
 
 use math::{Dir, Frame, Point, Ray, Vec2, Vec3, error_bound};
+use scatter::LobeFlags;
 
-use crate::{LightId, MaterialId, ShapeId};
+use crate::{LightId, MaterialId, Shading, ShapeId};
 
 /// Where a ray met a surface, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +55,18 @@ impl SurfaceInteraction {
     #[must_use]
     pub fn light_context(&self) -> LightContext {
         LightContext { p: self.p, p_error: self.p_error, ng: Some(self.ng), ns: None, time: self.time }
+    }
+}
+
+impl Shading {
+    /// What a light needs to know of the point, given how it scatters: of light for an opaque surface only what comes from the
+    /// side that is looked at counts.
+    #[inline]
+    #[must_use]
+    pub fn light_context(&self, si: &SurfaceInteraction) -> LightContext {
+        let ns = self.frame.n.face_forward(si.wo);
+        let is_opaque = !self.bsdf.flags().intersects(LobeFlags::TRANSMISSION);
+        LightContext { ns: is_opaque.then_some(ns), ..si.light_context() }
     }
 }
 

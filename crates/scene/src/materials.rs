@@ -25,7 +25,7 @@ mod subsurface;
 
 use math::{Frame, LocalDir, hash, trig};
 use scatter::microfacet::Facets;
-use scatter::{Bsdf, CoatProfiles, Conductor, DiffusionProfile, LobeFlags, ThinDielectric};
+use scatter::{Bsdf, CoatProfiles, Conductor, DiffusionProfile, ThinDielectric};
 use spectrum::{Spectrum, Wavelengths};
 
 use self::look::Look;
@@ -35,7 +35,7 @@ use self::parameters::Lookup;
 use self::subsurface::Diffuser;
 pub(crate) use self::subsurface::Interior;
 use crate::textures::{FloatHandle, Textures};
-use crate::{Footprint, LightContext, MaterialId, SurfaceInteraction, TextureContext};
+use crate::{Footprint, MaterialId, SurfaceInteraction, TextureContext};
 
 /// All materials of a scene, by [`MaterialId`].
 #[derive(Clone, Debug)]
@@ -80,18 +80,6 @@ pub struct Shading {
     pub bsdf: Bsdf,
     /// The shading frame, bent by bump and normal maps; its normal is on the side of the geometric one.
     pub frame: Frame,
-}
-
-impl Shading {
-    /// What a light needs to know of the point, given how it scatters: of light for an opaque surface only what comes from the
-    /// side that is looked at counts.
-    #[inline]
-    #[must_use]
-    pub fn light_context(&self, si: &SurfaceInteraction) -> LightContext {
-        let ns = self.frame.n.face_forward(si.wo);
-        let is_opaque = !self.bsdf.flags().intersects(LobeFlags::TRANSMISSION);
-        LightContext { ns: is_opaque.then_some(ns), ..si.light_context() }
-    }
 }
 
 #[derive(Clone, Debug)]
