@@ -26,6 +26,8 @@ class Live:
     def __init__(self, scene: Scene, request: Mapping[str, Any]) -> None:
         self._scene, self._request = scene, dict(request)
         self._image: Image | None = None
+        # Before there is an image: a small PNG file and the size that it stands for.
+        self._sketch: tuple[bytes, tuple[int, int]] | None = None
         self._raised: BaseException | None = None
         self._stop = False
         self._text = "begins"
@@ -107,7 +109,10 @@ class Live:
 
     def _hear(self, event: dict[str, Any]) -> bool:
         """On the thread that watches the render: as short as can be."""
-        if event["event"] == "film":
+        if event["event"] == "sketch":
+            self._sketch = event["png"], event["size"]
+            self._tell()
+        elif event["event"] == "film":
             self._image = Image(event["film"], {}, self._scene, self._request)
             self._tell()
         elif event["event"] == "progress":

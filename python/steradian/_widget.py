@@ -50,7 +50,9 @@ class LiveWidget(anywidget.AnyWidget):
         self._told = time.monotonic()
         with self.hold_sync():
             self.text, self.fraction, self.running = live._text, live._fraction, running
-            if image is not None and image is not self._shown:
+            if image is None and live._sketch is not None:
+                self.png, self.size = live._sketch[0], list(live._sketch[1])
+            elif image is not None and image is not self._shown:
                 self._shown = image
                 height, width, _ = image.shape
                 self.png, self.size, self.error = image.to_png(filmic=True), [width, height], error_in_words(live.error)

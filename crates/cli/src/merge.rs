@@ -26,14 +26,13 @@ struct Report {
 pub(crate) fn run(args: &MergeArgs) -> Done {
     args.output.iter().try_for_each(|path| render::check_writable(path))?;
     let (film, duplicates) = merged(&args.partials)?;
-    let developed = film.develop();
-
     let workers = Workers::new(None)?;
+    let developed = workers.install(|| film.develop());
     let mut outputs = args.output.clone();
     let mut sheet = None;
     for path in &args.output {
         if render::is_picture(path) {
-            let picture = render::picture(&film, &developed).map_err(Failure::failed)?;
+            let picture = render::picture(&film.label(), &developed).map_err(Failure::failed)?;
             workers.install(|| render::save_picture(path, &picture, args.exposure))?;
             if sheet.is_none() {
                 sheet = render::save_sheet(path, &picture, args.exposure)?;

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use film::{Developed, Film};
+use film::{Film, FilmLabel};
+use image::Image;
 use integrators::Counters;
 use render::{Checkpoint, Error, Job, Stop, Workers};
 use scene::Scene;
@@ -91,7 +92,10 @@ pub(crate) fn run(args: &RenderArgs, python: Option<&Path>) -> Done {
         interrupted: outcome.report.cancelled,
         cluster: None,
     };
-    let status = finish(args, job.film(), done, &pictures, start)?;
+    // Nobody looks at the scene any more.
+    let film = job.into_film();
+    drop(opened);
+    let status = finish(args, film, done, &pictures, start)?;
     match outcome.checkpoint_error {
         Some(e) => Err(e.into()),
         None => Ok(status),
@@ -104,7 +108,7 @@ fn on_cluster(args: &RenderArgs, address: &str, python: Option<&Path>, start: In
     let rendered = cluster::render(args, address, python, &interrupt)?;
     let Some(film) = rendered.film else { return Ok(nothing_saved()) };
     let pictures = pictures(args, rendered.filename.as_deref())?;
-    finish(args, &film, rendered.done, &pictures, start)
+    finish(args, film, rendered.done, &pictures, start)
 }
 
 /// What a render did, here or elsewhere.
@@ -133,18 +137,30 @@ fn nothing_saved() -> Status {
     Status::Interrupted
 }
 
-/// Saves what was rendered, and says so.
-fn finish(args: &RenderArgs, film: &Film, mut done: DoneOf, pictures: &[PathBuf], start: Instant) -> Done {
+/// Saves what was rendered, and says so. Film, developed picture and image are large: each goes when the next is there.
+fn finish(args: &RenderArgs, film: Film, mut done: DoneOf, pictures: &[PathBuf], start: Instant) -> Done {
     if film.passes().is_empty() {
         return Ok(nothing_saved());
     }
     let workers = load::workers(&args.scene)?;
-    let developed = film.develop();
-    let outputs = save(args, film, &developed, pictures, &workers)?;
-    report_bad_samples(args, film);
+    let mut saved = Saved::default();
+    if let Some(path) = &args.partial {
+        saved.note(path, render::save_film(&film, path));
+    }
+    let label = film.label();
+    let developed = workers.install(|| film.develop());
+    drop(film);
+    let figures = Figures { mean: developed.mean_rgb(), relmse: developed.relmse_estimate() };
+    if !pictures.is_empty() {
+        let picture = render::picture(&label, &developed).map_err(Failure::failed)?;
+        drop(developed);
+        saved.pictures(args, &picture, pictures, &workers);
+    }
+    let outputs = saved.outputs()?;
+    report_bad_samples(args, &label);
     done.seconds[0] = start.elapsed().as_secs_f64();
     let interrupted = done.interrupted;
-    tell(args, &report(film, &developed, done, outputs));
+    tell(args, &report(&label, &figures, done, outputs));
     Ok(if interrupted { Status::Interrupted } else { Status::Done })
 }
 
@@ -205,46 +221,51 @@ fn stop(args: &RenderArgs, scene: &Scene) -> Stop {
     }
 }
 
-/// Writes everything that can be written; then says what could not.
-fn save(
-    args: &RenderArgs,
-    film: &Film,
-    developed: &Developed,
-    pictures: &[PathBuf],
-    workers: &Workers,
-) -> Result<Vec<PathBuf>, Failure> {
-    let mut outputs = Vec::new();
-    let mut failed = None;
-    let mut note = |path: &PathBuf, saved: Result<(), Error>| match saved {
-        Ok(()) => outputs.push(path.clone()),
-        Err(e) => failed = failed.take().or(Some(e)),
-    };
-    if let Some(path) = &args.partial {
-        note(path, render::save_film(film, path));
-    }
-    if !pictures.is_empty() {
-        let picture = render::picture(film, developed).map_err(Failure::failed)?;
-        for path in pictures {
-            note(path, workers.install(|| render::save_picture(path, &picture, args.exposure)));
+/// What is known of the whole picture.
+struct Figures {
+    mean: [f64; 3],
+    relmse: f64,
+}
+
+/// What was written: everything that can be; then it says what could not.
+#[derive(Default)]
+struct Saved {
+    outputs: Vec<PathBuf>,
+    failed: Option<Error>,
+}
+
+impl Saved {
+    fn note(&mut self, path: &Path, saved: Result<(), Error>) {
+        match saved {
+            Ok(()) => self.outputs.push(path.to_owned()),
+            Err(e) => self.failed = self.failed.take().or(Some(e)),
         }
+    }
+
+    fn pictures(&mut self, args: &RenderArgs, picture: &Image, paths: &[PathBuf], workers: &Workers) {
+        let saved = render::save_pictures(paths, picture, args.exposure, workers);
+        paths.iter().zip(saved).for_each(|(path, saved)| self.note(path, saved));
         // Pictures of one name share a sheet.
-        match pictures.first().map(|path| render::save_sheet(path, &picture, args.exposure)) {
-            Some(Ok(Some(sheet))) => note(&sheet, Ok(())),
-            Some(Err(e)) => note(&pictures[0], Err(e)),
-            Some(Ok(None)) | None => {}
+        match paths.first().map(|path| (path, render::save_sheet(path, picture, args.exposure))) {
+            Some((_, Ok(Some(sheet)))) => self.note(&sheet, Ok(())),
+            Some((path, Err(e))) => self.note(path, Err(e)),
+            Some((_, Ok(None))) | None => {}
         }
     }
-    match failed {
-        None => Ok(outputs),
-        Some(e) => Err(e.into()),
+
+    fn outputs(self) -> Result<Vec<PathBuf>, Failure> {
+        match self.failed {
+            None => Ok(self.outputs),
+            Some(e) => Err(e.into()),
+        }
     }
 }
 
 /// Names the bad samples, and how to walk the first of them again.
-fn report_bad_samples(args: &RenderArgs, film: &Film) {
-    let bad = film.bad_samples();
+fn report_bad_samples(args: &RenderArgs, film: &FilmLabel) {
+    let bad = &film.bad_samples;
     let Some(first) = bad.first().next() else { return };
-    let key = &film.settings().key;
+    let key = &film.settings.key;
     messages::warning(&format!(
         "{} bad samples were dropped; the first is at pixel {},{} of pass {} ({})",
         grouped(bad.count()),
@@ -267,20 +288,20 @@ fn report_bad_samples(args: &RenderArgs, film: &Film) {
     messages::note(&format!("  hint: {again}"));
 }
 
-fn report(film: &Film, developed: &Developed, done: DoneOf, outputs: Vec<PathBuf>) -> Report {
-    let key = &film.settings().key;
+fn report(film: &FilmLabel, figures: &Figures, done: DoneOf, outputs: Vec<PathBuf>) -> Report {
+    let key = &film.settings.key;
     let [wall_seconds, load_seconds, render_seconds] = done.seconds;
     Report {
         wall_seconds,
         load_seconds,
         render_seconds,
-        spp: film.passes().len(),
+        spp: film.passes.len(),
         rays: done.counters.rays,
         camera_paths: done.counters.camera_paths,
         light_paths: done.counters.light_paths,
-        dropped_samples: film.bad_samples().count(),
-        mean: developed.mean_rgb(),
-        relmse_estimate: developed.relmse_estimate(),
+        dropped_samples: film.bad_samples.count(),
+        mean: figures.mean,
+        relmse_estimate: figures.relmse,
         passes_resumed: done.passes_resumed,
         outputs,
         integrator: key.integrator.clone(),

@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use math::Bounds2i;
 
 /// Side of a block, in pixels.
-const SIDE: i32 = 32;
+pub(crate) const SIDE: i32 = 32;
 
 /// Something with values for each pixel of a rectangle.
 pub(crate) trait Block: Sized {
@@ -36,8 +36,8 @@ pub(crate) fn block_of(bounds: &Bounds2i, pixel: [i32; 2]) -> usize {
 }
 
 impl<B: Block> Blocks<B> {
-    /// `None` if `make` finds no memory.
-    pub(crate) fn new(bounds: Bounds2i, make: impl Fn(Bounds2i) -> Option<B>) -> Option<Self> {
+    /// `None` if there is no memory.
+    pub(crate) fn new(bounds: Bounds2i, make: impl Fn(Bounds2i) -> B) -> Option<Self> {
         let (columns, rows) = (across(bounds.width()), across(bounds.height()));
         let mut blocks = Vec::new();
         blocks.try_reserve_exact(columns * rows).ok()?;
@@ -45,13 +45,18 @@ impl<B: Block> Blocks<B> {
             let min =
                 [bounds.min[0] + SIDE * (i % columns) as i32, bounds.min[1] + SIDE * (i / columns) as i32];
             let area = Bounds2i::new(min, [min[0] + SIDE, min[1] + SIDE]).intersect(&bounds);
-            blocks.push(Mutex::new(make(area)?));
+            blocks.push(Mutex::new(make(area)));
         }
         Some(Self { bounds, blocks })
     }
 
     pub(crate) fn len(&self) -> usize {
         self.blocks.len()
+    }
+
+    /// Blocks in a row.
+    pub(crate) fn columns(&self) -> usize {
+        across(self.bounds.width())
     }
 
     /// The block, for this thread alone.
@@ -82,12 +87,4 @@ impl<B: Block> Blocks<B> {
 #[inline]
 pub(crate) fn offset_in(area: &Bounds2i, x: i32, y: i32) -> usize {
     (y - area.min[1]) as usize * area.width() + (x - area.min[0]) as usize
-}
-
-/// A vector of `n` zeros, or `None` if there is no memory for it.
-pub(crate) fn zeros<T: Clone + Default>(n: usize) -> Option<Vec<T>> {
-    let mut v = Vec::new();
-    v.try_reserve_exact(n).ok()?;
-    v.resize(n, T::default());
-    Some(v)
 }

@@ -9,11 +9,13 @@ use std::ops::Range;
 use std::sync::MutexGuard;
 
 use math::Bounds2i;
+use rayon::prelude::*;
 
-use crate::blocks::offset_in;
-use crate::film::{Film, FilmBlock};
+use crate::blocks::{SIDE, offset_in};
+use crate::film::{Film, FilmBlock, Sums};
 use crate::fixed::{Moment, weight};
 use crate::passes::PassSet;
+use crate::tile::Common;
 
 /// The pixels of a film's crop, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,52 +35,75 @@ pub struct Developed {
 }
 
 impl Film {
-    /// The image as it stands.
+    /// The image as it stands, on the threads of the current rayon pool.
     #[must_use]
     pub fn develop(&self) -> Developed {
         let bounds = self.settings().crop;
-        let (n_passes, n_aovs, n_splat_aovs) =
-            (self.passes().len(), self.common.n_aovs, self.common.n_splat_aovs);
-        let n_further = n_aovs + n_splat_aovs;
+        let n_further = self.common.n_aovs + self.common.n_splat_aovs;
         let parts = self.parts();
         let weights = self.weights(&parts);
         let mut image = Developed {
             bounds,
-            n_passes,
-            weights,
+            n_passes: self.passes().len(),
+            weights: Vec::new(),
             mean: vec![[0.0; 3]; bounds.area()],
             variance: vec![[0.0; 3]; bounds.area()],
             aovs: vec![0.0; bounds.area() * n_further],
         };
-        for b in 0..self.n_blocks() {
-            let blocks = self.block_of_each_iteration(b);
-            let area = blocks[0].area;
-            let mut pixels = Vec::with_capacity(parts.len());
-            for i in 0..area.area() {
-                let (x, y) = (i % area.width(), i / area.width());
-                let to = offset_in(&bounds, area.min[0] + x as i32, area.min[1] + y as i32);
-                pixels.clear();
-                pixels.extend(parts.iter().map(|part| part.pixel(&blocks, i)));
-                for c in 0..3 {
-                    let sum = |f: &dyn Fn(&Pixel, f64) -> f64| {
-                        pixels.iter().zip(&image.weights).map(|(p, &w)| f(p, w)).sum::<f64>()
-                    };
-                    image.mean[to][c] = sum(&|p, w| w * p.mean(c)) as f32;
-                    image.variance[to][c] = sum(&|p, w| w * w * p.variance(c)) as f32;
+        // Rows of blocks.
+        let rows = SIDE as usize * bounds.width();
+        let mut further: Vec<&mut [f32]> = match n_further {
+            0 => (0..self.n_blocks()).map(|_| &mut [][..]).collect(),
+            n => image.aovs.chunks_mut(rows * n).collect(),
+        };
+        let mean = image.mean.par_chunks_mut(rows);
+        mean.zip(image.variance.par_chunks_mut(rows)).zip(&mut further).enumerate().for_each(
+            |(row, ((mean, variance), further))| {
+                let columns = self.iterations[0].columns();
+                for b in row * columns..(row + 1) * columns {
+                    let mut band = Band { mean, variance, further };
+                    self.develop_block(b, (&parts, &weights), &mut band);
                 }
-                let weight: f64 = pixels.iter().map(|p| p.weight).sum();
-                let further = &mut image.aovs[to * n_further..(to + 1) * n_further];
-                for (k, x) in further.iter_mut().enumerate() {
-                    let sum_of = |b: &FilmBlock| match k.checked_sub(n_aovs) {
-                        None => b.aovs[i * n_aovs + k].to_f64(),
-                        Some(k) => b.splat_aovs[i * n_splat_aovs + k].to_f64(),
-                    };
-                    let sum: f64 = blocks.iter().map(|b| sum_of(b)).sum();
-                    *x = ratio(sum, if k < n_aovs { weight } else { n_passes as f64 }) as f32;
-                }
+            },
+        );
+        image.weights = weights;
+        image
+    }
+
+    /// One block, into the rows of pixels that it lies in.
+    fn develop_block(&self, b: usize, (parts, weights): (&[Part], &[f64]), to: &mut Band<'_>) {
+        let (n_aovs, n_splat_aovs) = (self.common.n_aovs, self.common.n_splat_aovs);
+        let (n_further, n_passes) = (n_aovs + n_splat_aovs, self.passes().len() as f64);
+        let blocks = self.block_of_each_iteration(b);
+        let area = blocks[0].area;
+        let crop = self.settings().crop;
+        let band = Bounds2i::new([crop.min[0], area.min[1]], [crop.max[0], area.max[1]]);
+        let mut pixels = Vec::with_capacity(parts.len());
+        for i in 0..area.area() {
+            let (x, y) = (i % area.width(), i / area.width());
+            let at = offset_in(&band, area.min[0] + x as i32, area.min[1] + y as i32);
+            pixels.clear();
+            pixels.extend(parts.iter().map(|part| part.pixel(&self.common, &blocks, i)));
+            for c in 0..3 {
+                let sum = |f: &dyn Fn(&Pixel, f64) -> f64| {
+                    pixels.iter().zip(weights).map(|(p, &w)| f(p, w)).sum::<f64>()
+                };
+                to.mean[at][c] = sum(&|p, w| w * p.mean(c)) as f32;
+                to.variance[at][c] = sum(&|p, w| w * w * p.variance(c)) as f32;
+            }
+            let weight: f64 = pixels.iter().map(|p| p.weight).sum();
+            let further = &mut to.further[at * n_further..(at + 1) * n_further];
+            for (k, x) in further.iter_mut().enumerate() {
+                let sum_of = |s: &Sums| match k.checked_sub(n_aovs) {
+                    None => s.aovs.get(i * n_aovs + k).to_f64(),
+                    Some(k) => s.splat_aovs.get(i * n_splat_aovs + k).to_f64(),
+                };
+                let sums = blocks.iter().filter_map(|b| b.sums.as_ref());
+                // (A sum of none would be negative.)
+                let sum = sums.map(sum_of).fold(0.0, |a, x| a + x);
+                *x = ratio(sum, if k < n_aovs { weight } else { n_passes }) as f32;
             }
         }
-        image
     }
 
     /// Iterations with passes, those of too few joined with their neighbour before (the first with the one behind); never none.
@@ -108,7 +133,7 @@ impl Film {
             let blocks = self.block_of_each_iteration(b);
             for i in 0..blocks[0].area.area() {
                 let all = Part { iterations: 0..blocks.len(), n: parts.iter().map(|p| p.n).sum() };
-                let (whole, pixels) = (all.pixel(&blocks, i), parts.iter().map(|p| p.pixel(&blocks, i)));
+                let (whole, pixels) = (all.pixel(&self.common, &blocks, i), parts.iter().map(|p| p.pixel(&self.common, &blocks, i)));
                 for (error, pixel) in errors.iter_mut().zip(pixels) {
                     for c in 0..3 {
                         let mean = whole.mean(c);
@@ -130,6 +155,13 @@ impl Film {
     }
 }
 
+/// Rows of pixels as high as a block, to be developed.
+struct Band<'a> {
+    mean: &'a mut [[f32; 3]],
+    variance: &'a mut [[f32; 3]],
+    further: &'a mut [f32],
+}
+
 /// Passes that tell something of their variance.
 const AT_LEAST: u64 = 4;
 /// Keeps relative errors finite where the picture is black.
@@ -143,10 +175,11 @@ struct Part {
 }
 
 impl Part {
-    fn pixel(&self, blocks: &[MutexGuard<'_, FilmBlock>], i: usize) -> Pixel {
+    fn pixel(&self, common: &Common, blocks: &[MutexGuard<'_, FilmBlock>], i: usize) -> Pixel {
         let mut pixel = Pixel { n: self.n as f64, ..Pixel::default() };
-        blocks[self.iterations.clone()].iter().for_each(|block| pixel.add(block, i));
-        if self.iterations.clone().all(|k| blocks[k].weight.is_empty()) {
+        let sums = blocks[self.iterations.clone()].iter().filter_map(|block| block.sums.as_ref());
+        sums.for_each(|sums| pixel.add(sums, i));
+        if common.is_pixel_box {
             // The box of one pixel: every pass weighs one.
             (pixel.weight, pixel.weight_squared, pixel.total_weight) = (pixel.n, pixel.n, pixel.total);
         }
@@ -186,16 +219,21 @@ struct Pixel {
 
 impl Pixel {
     /// Adds the sums of another iteration.
-    fn add(&mut self, block: &FilmBlock, i: usize) {
+    fn add(&mut self, sums: &Sums, i: usize) {
         for c in 0..3 {
-            let squared = block.total_squared[i][c];
-            self.total[c] += block.total[i][c].to_f64();
+            let at = 3 * i + c;
+            let squared = sums.total_squared.get(at);
+            self.total[c] += sums.total.get(at).to_f64();
             self.total_squared[c] += if squared == Moment::MAX { f64::INFINITY } else { squared.to_f64() };
-            self.total_weight[c] += block.total_weight.get(i).map_or(0.0, |x| x[c].to_f64());
-            self.splat[c] += block.splat.get(i).map_or(0.0, |x| x[c].to_f64());
+            if !sums.total_weight.is_empty() {
+                self.total_weight[c] += sums.total_weight.get(at).to_f64();
+            }
+            if !sums.splat.is_empty() {
+                self.splat[c] += sums.splat.get(at).to_f64();
+            }
         }
-        self.weight += block.weight.get(i).map_or(0.0, |&w| weight::to_f64(w));
-        self.weight_squared += block.weight_squared.get(i).map_or(0.0, |&w| weight::to_f64(w));
+        self.weight += sums.weight.get(i).map_or(0.0, |&w| weight::to_f64(w));
+        self.weight_squared += sums.weight_squared.get(i).map_or(0.0, |&w| weight::to_f64(w));
     }
 
     fn mean(&self, c: usize) -> f64 {

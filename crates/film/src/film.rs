@@ -24,11 +24,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use math::Bounds2i;
 
 use crate::bad::BadSamples;
-use crate::blocks::{Block, Blocks, offset_in, zeros};
+use crate::blocks::{Block, Blocks, offset_in};
+use crate::column::Column;
 use crate::error::Error;
 use crate::filter::FilterTable;
-use crate::fixed::{Fixed, Moment, add3, weight};
-use crate::pass::{PassBlock, PassBuffer, SplatList, fixed3};
+use crate::fixed::{Fixed, Moment, weight};
+use crate::pass::{PassBuffer, PassSums, SplatList, fixed3};
 use crate::passes::PassSet;
 use crate::settings::FilmSettings;
 use crate::tile::{Common, FilmTile};
@@ -42,6 +43,17 @@ pub struct Film {
     pub(crate) progress: Mutex<Progress>,
 }
 
+/// What a film is of, and how far it is: all but its sums, which take memory.
+#[derive(Clone, Debug)]
+pub struct FilmLabel {
+    /// What it is a film of.
+    pub settings: FilmSettings,
+    /// The passes that it holds completely.
+    pub passes: PassSet,
+    /// The bad samples of its passes.
+    pub bad_samples: BadSamples,
+}
+
 /// What is not about a single pixel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Progress {
@@ -50,30 +62,44 @@ pub(crate) struct Progress {
     pub(crate) bad: BadSamples,
 }
 
-/// The sums of one block. Vectors that the settings do not need are empty.
+/// One block.
 pub(crate) struct FilmBlock {
     pub(crate) area: Bounds2i,
+    /// None as long as they are all zero.
+    pub(crate) sums: Option<Sums>,
+}
+
+/// The sums of one block, those of a pixel next to each other. What the settings do not need is empty.
+#[derive(Clone, Debug)]
+pub(crate) struct Sums {
     /// ΣT.
-    pub(crate) total: Vec<[Fixed; 3]>,
+    pub(crate) total: Column<64>,
     /// ΣT².
-    pub(crate) total_squared: Vec<[Moment; 3]>,
+    pub(crate) total_squared: Column<48>,
     /// ΣB.
     pub(crate) weight: Vec<i64>,
     /// ΣB².
     pub(crate) weight_squared: Vec<i64>,
     /// ΣTB.
-    pub(crate) total_weight: Vec<[Moment; 3]>,
+    pub(crate) total_weight: Column<48>,
     /// ΣS.
-    pub(crate) splat: Vec<[Fixed; 3]>,
+    pub(crate) splat: Column<64>,
     /// Σ w x of the further channels, pixel by pixel.
-    pub(crate) aovs: Vec<Fixed>,
+    pub(crate) aovs: Column<64>,
     /// Σ x of the splats' further channels, pixel by pixel.
-    pub(crate) splat_aovs: Vec<Fixed>,
+    pub(crate) splat_aovs: Column<64>,
 }
 
 impl Block for FilmBlock {
     fn area(&self) -> Bounds2i {
         self.area
+    }
+}
+
+impl FilmBlock {
+    /// The sums, to be added to.
+    pub(crate) fn sums(&mut self, common: &Common) -> &mut Sums {
+        self.sums.get_or_insert_with(|| Sums::zeros(common, self.area.area()))
     }
 }
 
@@ -100,25 +126,13 @@ impl Film {
             reach: settings.filter.reach(),
             is_pixel_box: settings.filter.is_pixel_box(),
             sign: settings.sign,
+            has_splats: settings.splats,
             n_aovs: settings.aovs.len(),
             n_splat_aovs: settings.splat_aovs.len(),
+            spare: Mutex::default(),
         });
-        let weighted = !common.is_pixel_box;
-        let make = |area: Bounds2i| {
-            let n = area.area();
-            let n_weighted = if weighted { n } else { 0 };
-            Some(FilmBlock {
-                area,
-                total: zeros(n)?,
-                total_squared: zeros(n)?,
-                weight: zeros(n_weighted)?,
-                weight_squared: zeros(n_weighted)?,
-                total_weight: zeros(n_weighted)?,
-                splat: zeros(if settings.splats { n_weighted } else { 0 })?,
-                aovs: zeros(n * settings.aovs.len())?,
-                splat_aovs: zeros(n * settings.splat_aovs.len())?,
-            })
-        };
+        // Memory is taken when something is added.
+        let make = |area| FilmBlock { area, sums: None };
         let iterations: Option<_> = settings.iteration_ranges().map(|_| Blocks::new(crop, make)).collect();
         let iterations = iterations.ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
         Ok(Self { settings, common, iterations, progress: Mutex::default() })
@@ -142,6 +156,17 @@ impl Film {
         self.progress().bad.clone()
     }
 
+    /// All but the sums.
+    #[must_use]
+    pub fn label(&self) -> FilmLabel {
+        let progress = self.progress();
+        FilmLabel {
+            settings: self.settings.clone(),
+            passes: progress.passes.clone(),
+            bad_samples: progress.bad.clone(),
+        }
+    }
+
     /// A tile for a worker.
     #[must_use]
     pub fn tile(&self) -> FilmTile {
@@ -159,7 +184,7 @@ impl Film {
     /// # Errors
     /// If there is no memory.
     pub fn pass_buffer(&self) -> Result<PassBuffer, Error> {
-        PassBuffer::new(&self.settings, self.common.clone())
+        PassBuffer::new(self.common.clone())
     }
 
     /// Adds a whole pass and empties the buffer.
@@ -187,8 +212,10 @@ impl Film {
     pub fn add_pass_block(&self, buffer: &PassBuffer, block: usize) {
         let blocks = self.blocks_of(buffer.pass);
         let (mut film, mut pass) = (blocks.lock(block), buffer.blocks.lock(block));
-        film.add_replicate(&pass);
-        pass.clear();
+        if let Some(sums) = pass.take() {
+            film.sums(&self.common).add_replicate(&sums);
+            self.common.give_back(sums);
+        }
     }
 
     /// Takes over the bad samples of a buffer whose blocks were added one by one.
@@ -235,15 +262,17 @@ impl Film {
         debug_assert!(self.takes_tiles(), "this film needs a pass buffer");
         let n_aovs = self.common.n_aovs;
         self.blocks_of(tile.pass).for_each_in(tile.area, |block, shared| {
+            let area = block.area;
+            let sums = block.sums(&self.common);
             for y in shared.min[1]..shared.max[1] {
                 let from = offset_in(&tile.area, shared.min[0], y);
-                let to = offset_in(&block.area, shared.min[0], y);
+                let to = offset_in(&area, shared.min[0], y);
                 for k in 0..shared.width() {
-                    block.add_total(to + k, &fixed3(&tile.sums[from + k]));
+                    sums.add_total(to + k, &fixed3(&tile.sums[from + k]));
                 }
                 let aovs = &tile.aovs[from * n_aovs..(from + shared.width()) * n_aovs];
-                for (sum, &x) in block.aovs[to * n_aovs..].iter_mut().zip(aovs) {
-                    add_one(sum, &Fixed::from_f64(x).unwrap_or_default());
+                for (k, &x) in aovs.iter().enumerate() {
+                    sums.aovs.add(to * n_aovs + k, Fixed::from_f64(x).unwrap_or_default());
                 }
             }
         });
@@ -263,7 +292,12 @@ impl Film {
         if merged == Merged::Added {
             for (ours, theirs) in self.iterations.iter().zip(&other.iterations) {
                 for i in 0..ours.len() {
-                    ours.lock(i).merge(&theirs.lock(i));
+                    let (mut ours, theirs) = (ours.lock(i), theirs.lock(i));
+                    match (&mut ours.sums, &theirs.sums) {
+                        (Some(ours), Some(theirs)) => ours.merge(theirs),
+                        (none @ None, theirs) => none.clone_from(theirs),
+                        (Some(_), None) => {}
+                    }
                 }
             }
         }
@@ -301,64 +335,65 @@ impl Film {
     }
 }
 
-impl FilmBlock {
+impl Sums {
+    /// Of `n` pixels.
+    fn zeros(common: &Common, n: usize) -> Self {
+        let n_weighted = if common.is_pixel_box { 0 } else { n };
+        let n_splat = if common.has_splats { n_weighted } else { 0 };
+        Self {
+            total: Column::zeros(3 * n),
+            total_squared: Column::zeros(3 * n),
+            weight: vec![0; n_weighted],
+            weight_squared: vec![0; n_weighted],
+            total_weight: Column::zeros(3 * n_weighted),
+            splat: Column::zeros(3 * n_splat),
+            aovs: Column::zeros(n * common.n_aovs),
+            splat_aovs: Column::zeros(n * common.n_splat_aovs),
+        }
+    }
+
     /// Adds what one pass gives to the pixels of this block.
-    fn add_replicate(&mut self, pass: &PassBlock) {
-        for (i, total) in pass.total.iter().enumerate() {
-            self.add_total(i, total);
+    fn add_replicate(&mut self, pass: &PassSums) {
+        for i in 0..pass.total.len() / 3 {
+            self.add_total(i, &pass.total.get3(3 * i));
         }
         for (i, &w) in pass.weight.iter().enumerate() {
             let b = weight::to_f64(w);
             self.weight[i] = self.weight[i].wrapping_add(w);
             self.weight_squared[i] = self.weight_squared[i].wrapping_add(weight::from_f64(b * b));
-            for c in 0..3 {
-                let product = Moment::from_f64(pass.total[i][c].to_f64() * b).unwrap_or(Moment::MAX);
-                self.total_weight[i][c] = self.total_weight[i][c].wrapping_add(product);
+            for (c, total) in pass.total.get3(3 * i).into_iter().enumerate() {
+                let product = Moment::from_f64(total.to_f64() * b).unwrap_or(Moment::MAX);
+                self.total_weight.add(3 * i + c, product);
             }
         }
-        add_each(&mut self.splat, &pass.splat, add3);
-        add_each(&mut self.aovs, &pass.aovs, add_one);
-        add_each(&mut self.splat_aovs, &pass.splat_aovs, add_one);
+        self.splat.add_all(&pass.splat);
+        self.aovs.add_all(&pass.aovs);
+        self.splat_aovs.add_all(&pass.splat_aovs);
     }
 
     /// T and T² of one pass. Squares that do not fit saturate, which is the same in any order.
     #[inline]
     fn add_total(&mut self, i: usize, total: &[Fixed; 3]) {
-        add3(&mut self.total[i], total);
-        for (sum, t) in self.total_squared[i].iter_mut().zip(total) {
-            let t = t.to_f64();
-            *sum = sum.saturating_add(Moment::from_f64(t * t).unwrap_or(Moment::MAX));
+        for (c, &x) in total.iter().enumerate() {
+            self.total.add(3 * i + c, x);
+            let t = x.to_f64();
+            let square = Moment::from_f64(t * t).unwrap_or(Moment::MAX);
+            self.total_squared.add_saturating(3 * i + c, square);
         }
     }
 
     fn merge(&mut self, other: &Self) {
-        add_each(&mut self.total, &other.total, add3);
-        add_each(&mut self.total_squared, &other.total_squared, add_moments);
-        add_each(&mut self.weight, &other.weight, add_weight);
-        add_each(&mut self.weight_squared, &other.weight_squared, add_weight);
-        add_each(&mut self.total_weight, &other.total_weight, add3);
-        add_each(&mut self.splat, &other.splat, add3);
-        add_each(&mut self.aovs, &other.aovs, add_one);
-        add_each(&mut self.splat_aovs, &other.splat_aovs, add_one);
+        self.total.add_all(&other.total);
+        self.total_squared.add_all_saturating(&other.total_squared);
+        add_weights(&mut self.weight, &other.weight);
+        add_weights(&mut self.weight_squared, &other.weight_squared);
+        self.total_weight.add_all(&other.total_weight);
+        self.splat.add_all(&other.splat);
+        self.aovs.add_all(&other.aovs);
+        self.splat_aovs.add_all(&other.splat_aovs);
     }
 }
 
-fn add_each<T>(sums: &mut [T], values: &[T], add: impl Fn(&mut T, &T)) {
-    sums.iter_mut().zip(values).for_each(|(sum, x)| add(sum, x));
-}
-
-#[inline]
-pub(crate) fn add_one(sum: &mut Fixed, x: &Fixed) {
-    *sum = sum.wrapping_add(*x);
-}
-
-#[inline]
-pub(crate) fn add_weight(sum: &mut i64, x: &i64) {
-    *sum = sum.wrapping_add(*x);
-}
-
-/// Squares that do not fit saturate, which is the same in any order.
-#[inline]
-pub(crate) fn add_moments(sum: &mut [Moment; 3], x: &[Moment; 3]) {
-    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum = sum.saturating_add(*x));
+fn add_weights(sums: &mut [i64], values: &[i64]) {
+    sums.iter_mut().zip(values).for_each(|(sum, x)| *sum = sum.wrapping_add(*x));
 }

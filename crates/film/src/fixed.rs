@@ -103,14 +103,6 @@ impl<const FRACTION: u32> FixedPoint<FRACTION> {
     }
 }
 
-/// Adds each of three.
-#[inline]
-pub(crate) fn add3<const F: u32>(sum: &mut [FixedPoint<F>; 3], x: &[FixedPoint<F>; 3]) {
-    for (s, x) in sum.iter_mut().zip(x) {
-        *s = s.wrapping_add(*x);
-    }
-}
-
 /// Reconstruction-filter weights and their squares: multiples of 2⁻³⁶ in 64 bits, up to 1.3e8.
 pub(crate) mod weight {
     const SCALE: f64 = 68_719_476_736.0;

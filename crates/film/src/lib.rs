@@ -6,6 +6,7 @@
 
 mod bad;
 mod blocks;
+mod column;
 mod develop;
 mod error;
 mod film;
@@ -20,7 +21,7 @@ mod tile;
 pub use bad::{BadKind, BadSample, BadSamples, CONTRIBUTION_LIMIT, Sign};
 pub use develop::Developed;
 pub use error::Error;
-pub use film::{Film, Merged};
+pub use film::{Film, FilmLabel, Merged};
 pub use filter::{Filter, MAX_RADIUS};
 pub use fixed::{Fixed, FixedPoint, Moment};
 pub use pass::{PassBuffer, SplatList};

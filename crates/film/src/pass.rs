@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use math::Bounds2i;
 
 use crate::bad::{BadSample, BadSamples, kind_of};
-use crate::blocks::{Block, Blocks, block_of, offset_in, zeros};
+use crate::blocks::{Block, Blocks, block_of, offset_in};
+use crate::column::Column;
 use crate::error::Error;
-use crate::fixed::{Fixed, add3, weight};
-use crate::settings::FilmSettings;
+use crate::fixed::{Fixed, weight};
 use crate::tile::{Common, FilmTile, spread};
 
 /// Exact sums of one pass over the whole crop. Threads add tiles and splats in any order; the bits are the same.
@@ -19,19 +19,26 @@ pub struct PassBuffer {
     pub(crate) bad: Mutex<BadSamples>,
 }
 
-/// The sums of one block. Vectors that the settings do not need are empty.
+/// One block.
 pub(crate) struct PassBlock {
     pub(crate) area: Bounds2i,
+    /// None as long as they are all zero.
+    sums: Option<PassSums>,
+}
+
+/// The sums of one block, those of a pixel next to each other. What the settings do not need is empty.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PassSums {
     /// Σ w v + splats.
-    pub(crate) total: Vec<[Fixed; 3]>,
+    pub(crate) total: Column<64>,
     /// Σ w.
     pub(crate) weight: Vec<i64>,
     /// Splats alone.
-    pub(crate) splat: Vec<[Fixed; 3]>,
+    pub(crate) splat: Column<64>,
     /// Σ w x of the further channels.
-    pub(crate) aovs: Vec<Fixed>,
+    pub(crate) aovs: Column<64>,
     /// Σ x of the splats' further channels.
-    pub(crate) splat_aovs: Vec<Fixed>,
+    pub(crate) splat_aovs: Column<64>,
 }
 
 impl Block for PassBlock {
@@ -41,30 +48,21 @@ impl Block for PassBlock {
 }
 
 impl PassBuffer {
-    pub(crate) fn new(settings: &FilmSettings, common: Arc<Common>) -> Result<Self, Error> {
-        let crop = settings.crop;
-        let weighted = !common.is_pixel_box;
-        let blocks = Blocks::new(crop, |area| {
-            let n = area.area();
-            Some(PassBlock {
-                area,
-                total: zeros(n)?,
-                weight: zeros(if weighted { n } else { 0 })?,
-                splat: zeros(if weighted && settings.splats { n } else { 0 })?,
-                aovs: zeros(n * settings.aovs.len())?,
-                splat_aovs: zeros(n * settings.splat_aovs.len())?,
-            })
-        })
-        .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
+    pub(crate) fn new(common: Arc<Common>) -> Result<Self, Error> {
+        // Memory is taken when something is added, and shared by the buffers of a film.
+        let crop = common.crop;
+        let blocks = Blocks::new(crop, |area| PassBlock { area, sums: None })
+            .ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
         Ok(Self { common, blocks, pass: 0, bad: Mutex::default() })
     }
 
-    /// Empties it for `pass`. (After [`Film::add_pass`](crate::Film::add_pass) it is empty already, and this is cheap to call
-    /// only then when nothing was added since.)
+    /// Empties it for `pass`.
     pub fn begin(&mut self, pass: u32) {
         self.pass = pass;
         for i in 0..self.blocks.len() {
-            self.blocks.lock(i).clear();
+            if let Some(sums) = self.blocks.lock(i).take() {
+                self.common.give_back(sums);
+            }
         }
         self.bad.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
     }
@@ -80,20 +78,23 @@ impl PassBuffer {
         debug_assert_eq!(tile.pass, self.pass);
         let n_aovs = self.common.n_aovs;
         self.blocks.for_each_in(tile.area, |block, shared| {
+            let area = block.area;
+            let sums = block.sums(&self.common);
             for y in shared.min[1]..shared.max[1] {
                 let from = offset_in(&tile.area, shared.min[0], y);
-                let to = offset_in(&block.area, shared.min[0], y);
+                let to = offset_in(&area, shared.min[0], y);
                 for k in 0..shared.width() {
                     let sum = &tile.sums[from + k];
-                    add3(&mut block.total[to + k], &fixed3(sum));
-                    if !block.weight.is_empty() {
-                        let w = &mut block.weight[to + k];
+                    for (c, x) in fixed3(sum).into_iter().enumerate() {
+                        sums.total.add(3 * (to + k) + c, x);
+                    }
+                    if let Some(w) = sums.weight.get_mut(to + k) {
                         *w = w.wrapping_add(weight::from_f64(sum[3]));
                     }
                 }
                 let aovs = &tile.aovs[from * n_aovs..(from + shared.width()) * n_aovs];
-                for (sum, &x) in block.aovs[to * n_aovs..].iter_mut().zip(aovs) {
-                    *sum = sum.wrapping_add(Fixed::from_f64(x).unwrap_or_default());
+                for (k, &x) in aovs.iter().enumerate() {
+                    sums.aovs.add(to * n_aovs + k, Fixed::from_f64(x).unwrap_or_default());
                 }
             }
         });
@@ -147,32 +148,57 @@ pub(crate) fn fixed3(sum: &[f64; 4]) -> [Fixed; 3] {
     [0, 1, 2].map(|c| Fixed::from_f64(sum[c]).unwrap_or_default())
 }
 
+impl Drop for PassBuffer {
+    /// The render is over: what its passes needed goes too.
+    fn drop(&mut self) {
+        self.common.let_go();
+    }
+}
+
 impl PassBlock {
-    pub(crate) fn clear(&mut self) {
-        self.total.fill([Fixed::ZERO; 3]);
-        self.weight.fill(0);
-        self.splat.fill([Fixed::ZERO; 3]);
-        self.aovs.fill(Fixed::ZERO);
-        self.splat_aovs.fill(Fixed::ZERO);
+    /// The sums, to be added to.
+    fn sums(&mut self, common: &Common) -> &mut PassSums {
+        self.sums.get_or_insert_with(|| common.take_sums(self.area.area()))
+    }
+
+    /// The sums, if there is anything; it is empty then.
+    pub(crate) fn take(&mut self) -> Option<PassSums> {
+        self.sums.take()
     }
 
     /// The part of a splat that falls into `part` of this block.
     fn add_splat(&mut self, common: &Common, s: &Splat, part: Bounds2i) {
+        let area = self.area;
+        let sums = self.sums(common);
         spread(common, part, s.pixel, s.offset, |i, w| {
-            let to = offset_in(&self.area, part.min[0], part.min[1])
-                + i / part.width() * self.area.width()
+            let to = offset_in(&area, part.min[0], part.min[1])
+                + i / part.width() * area.width()
                 + i % part.width();
             let value = s.rgb.map(|v| Fixed::from_f32(w * v).unwrap_or_default());
             if let Some(channel) = s.channel {
                 let at = to * common.n_splat_aovs + usize::from(channel);
-                let sums = self.splat_aovs[at..].iter_mut().zip(&value);
-                return sums.for_each(|(sum, x)| *sum = sum.wrapping_add(*x));
+                return value.into_iter().enumerate().for_each(|(c, x)| sums.splat_aovs.add(at + c, x));
             }
-            add3(&mut self.total[to], &value);
-            if let Some(splat) = self.splat.get_mut(to) {
-                add3(splat, &value);
+            for (c, x) in value.into_iter().enumerate() {
+                sums.total.add(3 * to + c, x);
+                if !sums.splat.is_empty() {
+                    sums.splat.add(3 * to + c, x);
+                }
             }
         });
+    }
+}
+
+impl PassSums {
+    /// Makes them zeros for `n` pixels.
+    pub(crate) fn reset(&mut self, common: &Common, n: usize) {
+        let n_weighted = if common.is_pixel_box { 0 } else { n };
+        self.total.reset(3 * n);
+        self.weight.clear();
+        self.weight.resize(n_weighted, 0);
+        self.splat.reset(if common.has_splats { 3 * n_weighted } else { 0 });
+        self.aovs.reset(n * common.n_aovs);
+        self.splat_aovs.reset(n * common.n_splat_aovs);
     }
 }
 

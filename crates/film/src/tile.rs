@@ -1,15 +1,16 @@
 //! One tile of one pass: where a worker adds samples without a lock.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use math::Bounds2i;
 
 use crate::bad::{BadSample, BadSamples, Sign, kind_of};
 use crate::blocks::offset_in;
 use crate::filter::FilterTable;
+use crate::pass::PassSums;
 
 /// What the tiles and the film have in common.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Common {
     pub(crate) crop: Bounds2i,
     pub(crate) table: FilterTable,
@@ -18,6 +19,29 @@ pub(crate) struct Common {
     pub(crate) sign: Sign,
     pub(crate) n_aovs: usize,
     pub(crate) n_splat_aovs: usize,
+    pub(crate) has_splats: bool,
+    /// Memory for blocks of passes that nobody uses just now.
+    pub(crate) spare: Mutex<Vec<PassSums>>,
+}
+
+impl Common {
+    /// Zeros for a block of `n` pixels.
+    pub(crate) fn take_sums(&self, n: usize) -> PassSums {
+        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut sums = spare.unwrap_or_default();
+        sums.reset(self, n);
+        sums
+    }
+
+    /// Sums that nobody needs any more.
+    pub(crate) fn give_back(&self, sums: PassSums) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(sums);
+    }
+
+    /// Frees the memory of passes that nobody uses.
+    pub(crate) fn let_go(&self) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
 }
 
 /// The samples of one tile of one pass, spread over the filter's footprint, with a border that belongs to the neighbours.
@@ -84,6 +108,16 @@ impl FilmTile {
                 *sum += if Sign::Any.accepts([x; 3]) { f64::from(w * x) } else { 0.0 };
             }
         });
+    }
+
+    /// What a pixel of the tile's has so far; black without samples.
+    #[must_use]
+    pub fn mean(&self, pixel: [i32; 2]) -> [f32; 3] {
+        if !self.area.contains(pixel) {
+            return [0.0; 3];
+        }
+        let [r, g, b, w] = self.sums[offset_in(&self.area, pixel[0], pixel[1])];
+        [r, g, b].map(|c| if w > 0.0 { (c / w) as f32 } else { 0.0 })
     }
 
     /// Bad samples so far.

@@ -68,6 +68,9 @@ pub struct Prepared {
     pub counters: Counters,
     /// Something that the person should know, such as a limit that was reached; told once, the render goes on.
     pub warning: Option<String>,
+    /// Later passes up to this one, without it, read the same: preparing them would change nothing, and they may begin before the
+    /// prepared one is complete.
+    pub until: u32,
 }
 
 /// A light transport algorithm.

@@ -202,7 +202,8 @@ impl Integrator for Guided {
         let is_full = |f: &Field| f.leaves().len() >= self.max_leaves;
         let full = self.walks.estimator.guide.as_ref().is_some_and(is_full);
         let warning = "the guide has reached its limit, and stays as fine as it is: set `memory` to more MiB";
-        Prepared { counters, warning: full.then(|| warning.to_owned()) }
+        let until = self.first_passes(pixels).into_iter().find(|&first| first > ctx.pass).unwrap_or(u32::MAX);
+        Prepared { counters, warning: full.then(|| warning.to_owned()), until }
     }
 
     fn round(&self, ctx: PassContext<'_>) -> Option<u32> {

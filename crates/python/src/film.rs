@@ -72,7 +72,8 @@ impl Film {
         }
         py.detach(|| {
             let workers = render::Workers::new(None)?;
-            let picture = render::picture(&self.film, &self.film.develop())
+            let developed = workers.install(|| self.film.develop());
+            let picture = render::picture(&self.film.label(), &developed)
                 .map_err(|e| render::Error::Output { path: path.clone(), reason: e.to_string() })?;
             workers.install(|| render::save_picture(&path, &picture, exposure))
         })

@@ -1,8 +1,10 @@
 //! What a render tells while it runs, handed to Python; and Ctrl-C, handed to the render.
 
+use image::{Display, Format, Image, SaveOptions, ToneMap};
 use lab::comparison::Step;
+use math::Bounds2i;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use render::{Cancel, Event, Progress};
 
 use crate::film::Film;
@@ -40,6 +42,19 @@ impl Listener {
             let d = PyDict::new(py);
             d.set_item("event", "film")?;
             d.set_item("film", Py::new(py, Film::new(copy))?)?;
+            Ok(Some(d))
+        });
+    }
+
+    /// The sketch of the picture of these pixels, before there is a film.
+    pub(crate) fn on_sketch(&mut self, sketch: &Image, crop: Bounds2i) {
+        let display = Display { tone_map: ToneMap::Filmic, ..Display::default() };
+        let Ok(png) = image::encode(sketch, Format::Png, &SaveOptions { display }) else { return };
+        self.tell(|py| {
+            let d = PyDict::new(py);
+            d.set_item("event", "sketch")?;
+            d.set_item("png", PyBytes::new(py, &png))?;
+            d.set_item("size", (crop.width(), crop.height()))?;
             Ok(Some(d))
         });
     }

@@ -131,6 +131,9 @@ pub(crate) fn learn<'py>(
     Ok((PyBytes::new(py, &bytes.unwrap_or_default()), prepared.counters.rays))
 }
 
+/// Side of the squares of pixels that a sketch has a sample for: a sixty-fourth of a pass.
+const SKETCH_STEP: u32 = 8;
+
 /// Renders; `start` is a film to go on from, `learned` what [`learn`] gave for the passes that are rendered. Gives a film and a report; Ctrl-C ends it with what there is.
 #[pyfunction(name = "render")]
 #[pyo3(signature = (scene, request, start, listener, learned=None))]
@@ -176,6 +179,10 @@ pub(crate) fn render_scene<'py>(
                 return Ok(None);
             }
             if let Some(every) = view_every {
+                let is_new = job.film().passes().is_empty();
+                if is_new && let Some(sketch) = job.sketch(SKETCH_STEP, &workers)? {
+                    listener.borrow_mut().on_sketch(&sketch, job.film().settings().crop);
+                }
                 job.view(every, |film| listener.borrow_mut().on_film(film));
             }
             let mut on_event = |event: Event<'_>| listener.borrow_mut().on(event);

@@ -82,6 +82,10 @@ impl<'s> Job<'s> {
         Ok(Self { bound, film: Film::new(settings)?, view: None })
     }
 
+    pub(crate) fn bound(&self) -> &(dyn Passes + 's) {
+        &self.bound
+    }
+
     /// What was rendered so far.
     #[must_use]
     pub fn film(&self) -> &Film {

@@ -8,8 +8,9 @@ use film::FilmSettings;
 
 use crate::Error;
 
-/// Bytes of a sum of three channels, and of a weight.
-const SUM: u64 = 48;
+/// Bytes of a sum of three channels, of a sum of their squares, and of a weight, as long as their numbers are no larger than usual.
+const SUM: u64 = 36;
+const SQUARES: u64 = 24;
 const WEIGHT: u64 = 8;
 
 /// Refuses a film that this machine has no memory for. Where the system does not say what it has, nothing is refused.
@@ -27,8 +28,8 @@ fn needed(settings: &FilmSettings, buffers: u64) -> u64 {
     let is_weighted = !settings.filter.is_pixel_box();
     let (weighted, splats) = (u64::from(is_weighted), u64::from(is_weighted && settings.splats));
     let aovs = (settings.aovs.len() + settings.splat_aovs.len()) as u64;
-    let film = 2 * SUM + weighted * (SUM + 2 * WEIGHT) + splats * SUM + aovs * 16;
-    let buffer = SUM + weighted * WEIGHT + splats * SUM + aovs * 16;
+    let film = SUM + SQUARES + weighted * (SQUARES + 2 * WEIGHT) + splats * SUM + aovs * 12;
+    let buffer = SUM + weighted * WEIGHT + splats * SUM + aovs * 12;
     // Developed, and as an image with its variance.
     let picture = 2 * (2 * 12 + aovs * 4);
     let films = film * (settings.iterations.len() as u64 + 1);

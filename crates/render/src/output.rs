@@ -4,22 +4,23 @@
 //! names, and notes on how to make the same picture again. The other formats get R, G, B alone.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use film::{Developed, Film};
+use film::{Developed, FilmLabel};
 use image::{Display, Format, Image, MetaValue, SaveOptions};
+use rayon::prelude::*;
 
-use crate::Error;
+use crate::{Error, Workers};
 
 /// The version that made a film: part of what makes two renders the same.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The film as an image, with all that OpenEXR can keep.
+/// A developed film as an image, with all that OpenEXR can keep.
 ///
 /// # Errors
 /// Never, unless the film's arrays do not fit its size.
-pub fn picture(film: &Film, developed: &Developed) -> Result<Image, image::ImageError> {
-    let settings = film.settings();
+pub fn picture(film: &FilmLabel, developed: &Developed) -> Result<Image, image::ImageError> {
+    let settings = &film.settings;
     let bounds = developed.bounds;
     let (w, h) = (bounds.width(), bounds.height());
     let rgb = || ["R", "G", "B"].map(str::to_owned).to_vec();
@@ -43,8 +44,8 @@ pub fn picture(film: &Film, developed: &Developed) -> Result<Image, image::Image
         ("steradian.integrator", key.integrator.clone()),
         ("steradian.settings", key.settings.clone()),
         ("steradian.seed", key.seed.to_string()),
-        ("steradian.passes", film.passes().to_string()),
-        ("steradian.dropped_samples", film.bad_samples().count().to_string()),
+        ("steradian.passes", film.passes.to_string()),
+        ("steradian.dropped_samples", film.bad_samples.count().to_string()),
     ];
     picture.metadata.extend(notes.map(|(k, v)| (k.to_owned(), MetaValue::Text(v))));
     if let Some(note) = note_on_variance(&key.integrator, developed) {
@@ -77,6 +78,17 @@ pub fn save_picture(path: &Path, picture: &Image, exposure: f32) -> Result<(), E
         path: path.to_owned(),
         reason: std::error::Error::source(&e).map_or_else(|| e.to_string(), ToString::to_string),
     })
+}
+
+/// [`save_picture`] under several names, at the same time on the threads of `workers`.
+#[must_use]
+pub fn save_pictures(
+    paths: &[PathBuf],
+    picture: &Image,
+    exposure: f32,
+    workers: &Workers,
+) -> Vec<Result<(), Error>> {
+    workers.install(|| paths.par_iter().map(|path| save_picture(path, picture, exposure)).collect())
 }
 
 /// Can a picture have this name?

@@ -90,7 +90,12 @@ impl Job<'_> {
                 None => outcome,
                 Some(before) => before.and(outcome),
             });
-            let is_done = cancelled || precision.is_reached(&self.film().develop(), look, footprint(self));
+            let is_reached = || {
+                let film = self.film();
+                let developed = workers.install(|| film.develop());
+                precision.is_reached(&developed, look, footprint(self))
+            };
+            let is_done = cancelled || is_reached();
             match sum {
                 Some(outcome) if is_done => return Ok(outcome),
                 Some(_) | None => {}

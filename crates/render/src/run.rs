@@ -200,13 +200,15 @@ impl Shared<'_> {
         let pass = self.list.number(i);
         self.buffer(i).write().unwrap_or_else(PoisonError::into_inner).begin(pass);
         let prepares = self.passes.read().unwrap_or_else(PoisonError::into_inner).prepares();
-        if prepares {
+        if prepares && !self.lock().schedule.is_prepared(i) {
             let mut guard = self.passes.write().unwrap_or_else(PoisonError::into_inner);
             let passes: &mut dyn Passes = &mut **guard;
             let prepared = self.workers.install(|| passes.prepare(pass));
             drop(guard);
             *counters = prepared.counters;
-            self.lock().warnings.extend(prepared.warning);
+            let mut state = self.lock();
+            state.schedule.prepare_until(self.list.before(prepared.until).max(i + 1));
+            state.warnings.extend(prepared.warning);
         }
     }
 

@@ -39,7 +39,7 @@ pub(crate) struct Shape {
     pub(crate) n_blocks: usize,
     /// Passes that may be in the works at a time.
     pub(crate) window: u32,
-    /// May a pass only open when all cells of the one before are done?
+    /// May a pass only open when all cells of those before are done, unless it is prepared already?
     pub(crate) sequential: bool,
 }
 
@@ -54,6 +54,8 @@ pub(crate) struct Schedule {
     /// Passes below are open.
     opened: u32,
     opening: bool,
+    /// Passes below need no preparation any more.
+    prepared: u32,
     /// The cell that is handed out next.
     next: (u32, usize),
     /// Of the open passes that are not in the film.
@@ -85,6 +87,7 @@ impl Schedule {
             folded: 0,
             opened: 0,
             opening: false,
+            prepared: 0,
             next: (0, 0),
             works: VecDeque::with_capacity(shape.window as usize + 1),
             fold: None,
@@ -118,6 +121,16 @@ impl Schedule {
             return Task::Cell(pass, cell);
         }
         Task::Wait
+    }
+
+    /// Does the pass that is being opened need a preparation?
+    pub(crate) fn is_prepared(&self, pass: u32) -> bool {
+        pass < self.prepared
+    }
+
+    /// What was prepared for the pass that is being opened holds for all below `end`.
+    pub(crate) fn prepare_until(&mut self, end: u32) {
+        self.prepared = end;
     }
 
     /// Takes a task back. True if others, who wait, may now find work.
@@ -201,7 +214,9 @@ impl Schedule {
 
     fn can_open(&self) -> bool {
         let free = self.opened < self.end && self.opened - self.folded < self.shape.window;
-        let turn = !self.shape.sequential || self.works.len() == self.n_complete();
+        let turn = !self.shape.sequential
+            || self.is_prepared(self.opened)
+            || self.works.len() == self.n_complete();
         free && turn && !self.opening
     }
 
@@ -287,6 +302,20 @@ mod tests {
         let handed: Vec<_> = (0..6).map(|_| s.next_task()).collect();
         assert_eq!(handed[2..4], [Task::Cell(0, 2), Task::Cell(1, 0)]);
         assert_eq!(s.next_task(), Task::Wait, "the window is full");
+    }
+
+    #[test]
+    fn what_is_prepared_for_several_passes_opens_them_at_once() {
+        let mut s = Schedule::new(Shape { sequential: true, window: 4, ..SHAPE }, 4);
+        assert_eq!(s.next_task(), Task::Open(0));
+        assert!(!s.is_prepared(0));
+        s.prepare_until(2);
+        s.finish(&Task::Open(0), &NONE);
+        assert_eq!(s.next_task(), Task::Open(1));
+        s.finish(&Task::Open(1), &NONE);
+        let handed: Vec<_> = (0..6).map(|_| s.next_task()).collect();
+        assert_eq!(handed[2..4], [Task::Cell(0, 2), Task::Cell(1, 0)]);
+        assert_eq!(s.next_task(), Task::Wait, "the third pass needs another preparation");
     }
 
     #[test]

@@ -41,6 +41,11 @@ impl PassList {
         self.0.iter().map(|r| r.end - r.start).sum()
     }
 
+    /// How many come before pass `number`.
+    pub(crate) fn before(&self, number: u32) -> u32 {
+        self.0.iter().map(|r| r.end.min(number).saturating_sub(r.start)).sum()
+    }
+
     /// The number of the `i`-th.
     pub(crate) fn number(&self, mut i: u32) -> u32 {
         for range in &self.0 {
@@ -64,6 +69,8 @@ mod tests {
         let list = PassList::new(&Stop::Passes(0..8), &present);
         let numbers: Vec<_> = (0..list.len()).map(|i| list.number(i)).collect();
         assert_eq!(numbers, [0, 1, 4, 5]);
+        let before = [0, 1, 2, 4, 5, 6, 9, u32::MAX].map(|n| list.before(n));
+        assert_eq!(before, [0, 1, 2, 2, 3, 4, 4, 4]);
         assert_eq!(PassList::new(&Stop::Passes(6..8), &present).len(), 0);
         assert_eq!(PassList::new(&Stop::Passes(3..12), &present).len(), 5);
     }

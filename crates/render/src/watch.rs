@@ -24,7 +24,8 @@ pub(crate) struct Watch<'a, 'c> {
     start: Instant,
     told: Option<Instant>,
     saved: Instant,
-    shown: Instant,
+    /// The last look; none before the first.
+    shown: Option<Instant>,
     /// How long the last look took.
     look_took: Duration,
     warned: Vec<String>,
@@ -50,7 +51,7 @@ impl<'a, 'c> Watch<'a, 'c> {
             start,
             told: None,
             saved: start,
-            shown: start,
+            shown: None,
             look_took: Duration::ZERO,
             warned: Vec::new(),
             cancelled,
@@ -73,7 +74,7 @@ impl<'a, 'c> Watch<'a, 'c> {
                 (self.control.on_event)(Event::Progress(&progress));
                 state = self.shared.lock();
             }
-            let (save, show) = (self.is_time_to_save(), self.is_time_to_show());
+            let (save, show) = (self.is_time_to_save(), self.is_time_to_show(state.schedule.folded()));
             if (save || show) && !state.is_over() {
                 state = self.pause(state, |watch| {
                     if show {
@@ -159,9 +160,12 @@ impl<'a, 'c> Watch<'a, 'c> {
         self.control.checkpoint.as_ref().is_some_and(|c| self.saved.elapsed() >= c.every)
     }
 
-    /// Looks take no more than a tenth of the time, however large the film is.
-    fn is_time_to_show(&self) -> bool {
-        let due = |every: Duration| self.shown.elapsed() >= every.max(9 * self.look_took);
+    /// The first pass is shown at once. Looks take no more than a tenth of the time, however large the film is.
+    fn is_time_to_show(&self, passes: u32) -> bool {
+        let due = |every: Duration| match self.shown {
+            None => passes > 0,
+            Some(shown) => shown.elapsed() >= every.max(9 * self.look_took),
+        };
         self.control.viewer.as_ref().is_some_and(|v| due(v.every))
     }
 
@@ -200,8 +204,8 @@ impl<'a, 'c> Watch<'a, 'c> {
         if let Some(viewer) = &mut self.control.viewer {
             (viewer.show)(self.shared.film);
         }
-        self.shown = Instant::now();
-        self.look_took = self.shown - start;
+        self.shown = Some(Instant::now());
+        self.look_took = start.elapsed();
     }
 
     fn end(self, mut state: MutexGuard<'_, State>) -> Result<RunReport, Error> {

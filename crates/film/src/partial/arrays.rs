@@ -3,8 +3,8 @@
 use safetensors::tensor::Dtype;
 
 use crate::blocks::offset_in;
-use crate::film::{Film, FilmBlock, add_moments, add_one, add_weight};
-use crate::fixed::{FixedPoint, add3};
+use crate::film::{Film, Sums};
+use crate::fixed::FixedPoint;
 use crate::settings::FilmSettings;
 
 /// Which sums of a film.
@@ -87,114 +87,96 @@ impl Field {
         self.shape(s).iter().product::<usize>() * 8
     }
 
-    /// Writes the array, of the right length: pixel by pixel in rows.
+    /// Writes the array, of the right length and all zeros: pixel by pixel in rows.
     pub(super) fn write(self, film: &Film, to: &mut [u8]) {
+        let (n, n_splats) = (film.common.n_aovs, film.common.n_splat_aovs);
         match self {
-            Self::Total => gather(film, 1, to, |b| &b.total),
-            Self::TotalSquared => gather(film, 1, to, |b| &b.total_squared),
-            Self::Weight => gather(film, 1, to, |b| &b.weight),
-            Self::WeightSquared => gather(film, 1, to, |b| &b.weight_squared),
-            Self::TotalWeight => gather(film, 1, to, |b| &b.total_weight),
-            Self::Splat => gather(film, 1, to, |b| &b.splat),
-            Self::Aovs => gather(film, film.common.n_aovs, to, |b| &b.aovs),
-            Self::SplatAovs => gather(film, film.common.n_splat_aovs, to, |b| &b.splat_aovs),
+            Self::Total => gather(film, 3, to, |s, i| wide(s.total.get(i))),
+            Self::TotalSquared => gather(film, 3, to, |s, i| wide(s.total_squared.get(i))),
+            Self::Weight => gather(film, 1, to, |s, i| s.weight[i].to_le_bytes()),
+            Self::WeightSquared => gather(film, 1, to, |s, i| s.weight_squared[i].to_le_bytes()),
+            Self::TotalWeight => gather(film, 3, to, |s, i| wide(s.total_weight.get(i))),
+            Self::Splat => gather(film, 3, to, |s, i| wide(s.splat.get(i))),
+            Self::Aovs => gather(film, n, to, |s, i| wide(s.aovs.get(i))),
+            Self::SplatAovs => gather(film, n_splats, to, |s, i| wide(s.splat_aovs.get(i))),
         }
     }
 
     /// Adds the array's bytes, of the right number, to a film's sums, as [`Film::merge`] would.
     pub(super) fn add(self, film: &Film, data: &[u8]) {
+        let (n, n_splats) = (film.common.n_aovs, film.common.n_splat_aovs);
         match self {
-            Self::Total => scatter(film, 1, data, |b| &mut b.total, add3),
-            Self::TotalSquared => scatter(film, 1, data, |b| &mut b.total_squared, add_moments),
-            Self::Weight => scatter(film, 1, data, |b| &mut b.weight, add_weight),
-            Self::WeightSquared => scatter(film, 1, data, |b| &mut b.weight_squared, add_weight),
-            Self::TotalWeight => scatter(film, 1, data, |b| &mut b.total_weight, add3),
-            Self::Splat => scatter(film, 1, data, |b| &mut b.splat, add3),
-            Self::Aovs => scatter(film, film.common.n_aovs, data, |b| &mut b.aovs, add_one),
-            Self::SplatAovs => scatter(film, film.common.n_splat_aovs, data, |b| &mut b.splat_aovs, add_one),
+            Self::Total => scatter(film, 3, data, |s, i, x| s.total.add(i, number(x))),
+            Self::TotalSquared => {
+                scatter(film, 3, data, |s, i, x| s.total_squared.add_saturating(i, number(x)));
+            }
+            Self::Weight => scatter(film, 1, data, |s, i, x| add_weight(&mut s.weight[i], x)),
+            Self::WeightSquared => scatter(film, 1, data, |s, i, x| add_weight(&mut s.weight_squared[i], x)),
+            Self::TotalWeight => scatter(film, 3, data, |s, i, x| s.total_weight.add(i, number(x))),
+            Self::Splat => scatter(film, 3, data, |s, i, x| s.splat.add(i, number(x))),
+            Self::Aovs => scatter(film, n, data, |s, i, x| s.aovs.add(i, number(x))),
+            Self::SplatAovs => scatter(film, n_splats, data, |s, i, x| s.splat_aovs.add(i, number(x))),
         }
     }
 }
 
-/// A number with a fixed little-endian form.
-trait LittleEndian {
-    const SIZE: usize;
-    fn write(&self, to: &mut [u8]);
-    fn read(from: &[u8]) -> Self;
+/// The lower half first: two little-endian 64-bit words, of which the second has the sign.
+#[inline]
+fn wide<const F: u32>(x: FixedPoint<F>) -> [u8; 16] {
+    x.to_bits().to_le_bytes()
 }
 
-impl LittleEndian for i64 {
-    const SIZE: usize = 8;
-    fn write(&self, to: &mut [u8]) {
-        to.copy_from_slice(&self.to_le_bytes());
-    }
-    #[inline]
-    fn read(from: &[u8]) -> Self {
-        let mut b = [0; 8];
-        b.copy_from_slice(from);
-        Self::from_le_bytes(b)
-    }
+/// The way back.
+#[inline]
+fn number<const F: u32>(bytes: &[u8; 16]) -> FixedPoint<F> {
+    FixedPoint::from_bits(i128::from_le_bytes(*bytes))
 }
 
-/// The lower half first: two 64-bit words, of which the second has the sign.
-impl<const F: u32> LittleEndian for FixedPoint<F> {
-    const SIZE: usize = 16;
-    fn write(&self, to: &mut [u8]) {
-        to.copy_from_slice(&self.to_bits().to_le_bytes());
-    }
-    #[inline]
-    fn read(from: &[u8]) -> Self {
-        let mut b = [0; 16];
-        b.copy_from_slice(from);
-        Self::from_bits(i128::from_le_bytes(b))
-    }
+#[inline]
+fn add_weight(sum: &mut i64, bytes: &[u8; 8]) {
+    *sum = sum.wrapping_add(i64::from_le_bytes(*bytes));
 }
 
-impl<T: LittleEndian> LittleEndian for [T; 3] {
-    const SIZE: usize = 3 * T::SIZE;
-    fn write(&self, to: &mut [u8]) {
-        self.iter().zip(to.chunks_exact_mut(T::SIZE)).for_each(|(x, to)| x.write(to));
-    }
-    #[inline]
-    fn read(from: &[u8]) -> Self {
-        std::array::from_fn(|i| T::read(&from[i * T::SIZE..(i + 1) * T::SIZE]))
-    }
-}
-
-/// From blocks, with `n` numbers per pixel, to rows.
-fn gather<T: LittleEndian>(film: &Film, n: usize, bytes: &mut [u8], get: impl Fn(&FilmBlock) -> &[T]) {
+/// From blocks, with `n` numbers of `SIZE` bytes per pixel, to rows. Blocks without sums leave their zeros.
+fn gather<const SIZE: usize>(
+    film: &Film,
+    n: usize,
+    bytes: &mut [u8],
+    get: impl Fn(&Sums, usize) -> [u8; SIZE],
+) {
     let crop = film.settings().crop;
-    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(crop.area() * n * T::SIZE)) {
+    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(crop.area() * n * SIZE)) {
         for i in 0..blocks.len() {
             let block = blocks.lock(i);
+            let Some(sums) = &block.sums else { continue };
             let per_row = block.area.width() * n;
-            for (row, values) in get(&block).chunks_exact(per_row).enumerate() {
-                let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * T::SIZE;
-                let to = bytes[at..at + per_row * T::SIZE].chunks_exact_mut(T::SIZE);
-                values.iter().zip(to).for_each(|(x, to)| x.write(to));
+            for row in 0..block.area.height() {
+                let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * SIZE;
+                let to = bytes[at..at + per_row * SIZE].chunks_exact_mut(SIZE);
+                (row * per_row..).zip(to).for_each(|(i, to)| to.copy_from_slice(&get(sums, i)));
             }
         }
     }
 }
 
 /// The way back: adds rows to blocks.
-fn scatter<T: LittleEndian>(
+fn scatter<const SIZE: usize>(
     film: &Film,
     n: usize,
     bytes: &[u8],
-    get: impl Fn(&mut FilmBlock) -> &mut Vec<T>,
-    add: impl Fn(&mut T, &T),
+    add: impl Fn(&mut Sums, usize, &[u8; SIZE]),
 ) {
     let crop = film.settings().crop;
-    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact(crop.area() * n * T::SIZE)) {
+    for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact(crop.area() * n * SIZE)) {
         for i in 0..blocks.len() {
             let mut block = blocks.lock(i);
             let area = block.area;
             let per_row = area.width() * n;
-            for (row, values) in get(&mut block).chunks_exact_mut(per_row).enumerate() {
-                let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * T::SIZE;
-                let from = bytes[at..at + per_row * T::SIZE].chunks_exact(T::SIZE);
-                values.iter_mut().zip(from).for_each(|(x, from)| add(x, &T::read(from)));
+            let sums = block.sums(&film.common);
+            for row in 0..area.height() {
+                let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * SIZE;
+                let (numbers, _) = bytes[at..at + per_row * SIZE].as_chunks::<SIZE>();
+                (row * per_row..).zip(numbers).for_each(|(i, x)| add(sums, i, x));
             }
         }
     }

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use codecs::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
 
 use super::{Expansion, Format};
 use crate::{ChannelLayout, Display, Image, ImageError, PixelBuffer, PixelData};
@@ -42,8 +43,14 @@ pub(super) fn encode_png(rgb: &Image, display: Display) -> Result<Vec<u8>, Image
     let failed = |e: &dyn std::error::Error| ImageError::Encode { format: "PNG", reason: e.to_string() };
     let width = u32::try_from(rgb.width()).map_err(|e| failed(&e))?;
     let height = u32::try_from(rgb.height()).map_err(|e| failed(&e))?;
-    let pixels: Vec<u8> =
-        rgb.data().chunks_exact(3).flat_map(|p| display.srgb_u8([p[0], p[1], p[2]])).collect();
+    let mut pixels = vec![0; rgb.data().len()];
+    // A row of at least one pixel, whatever the image.
+    let row = 3 * rgb.width().max(1);
+    pixels.par_chunks_mut(row).zip(rgb.data().par_chunks(row)).for_each(|(to, from)| {
+        let (to, _) = to.as_chunks_mut::<3>();
+        let (from, _) = from.as_chunks::<3>();
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = display.srgb_u8(*from));
+    });
     let mut bytes = Vec::new();
     codecs::codecs::png::PngEncoder::new(&mut bytes)
         .write_image(&pixels, width, height, codecs::ExtendedColorType::Rgb8)

@@ -39,7 +39,8 @@ pub(super) fn encode(image: &Image) -> Result<Vec<u8>, ImageError> {
         bytes.extend(at.to_le_bytes());
         at += block.len() as u64;
     }
-    bytes.extend(blocks.iter().flatten());
+    bytes.reserve(blocks.iter().map(Vec::len).sum());
+    blocks.iter().for_each(|block| bytes.extend_from_slice(block));
     Ok(bytes)
 }
 
@@ -135,10 +136,14 @@ fn attribute(bytes: &mut Vec<u8>, name_and_type: [&str; 2], value: &[u8]) {
 fn block(image: &Image, order: &[usize], y0: usize) -> Vec<u8> {
     // Line by line, channel by channel.
     let rows = y0..(y0 + BLOCK_LINES).min(image.height());
-    let mut raw = Vec::with_capacity(rows.len() * image.width() * order.len() * 4);
+    let n = image.channels().len();
+    let mut raw = vec![0; rows.len() * image.width() * order.len() * 4];
+    let mut lines = raw.chunks_exact_mut(4 * image.width());
     for y in rows {
-        for c in order {
-            raw.extend((0..image.width()).flat_map(|x| image.pixel(x, y)[*c].to_le_bytes()));
+        let line = &image.data()[y * image.width() * n..(y + 1) * image.width() * n];
+        for (c, to) in order.iter().zip(&mut lines) {
+            let values = line.iter().skip(*c).step_by(n);
+            to.chunks_exact_mut(4).zip(values).for_each(|(to, v)| to.copy_from_slice(&v.to_le_bytes()));
         }
     }
     let packed = zip(&raw);
@@ -153,9 +158,15 @@ fn block(image: &Image, order: &[usize], y0: usize) -> Vec<u8> {
 
 /// Even bytes before odd ones, differences to the byte before plus 128, deflate.
 fn zip(raw: &[u8]) -> Option<Vec<u8>> {
-    let mut sorted: Vec<u8> = raw.iter().step_by(2).chain(raw.iter().skip(1).step_by(2)).copied().collect();
-    for i in (1..sorted.len()).rev() {
-        sorted[i] = sorted[i].wrapping_sub(sorted[i - 1]).wrapping_add(128);
+    let mut sorted = vec![0; raw.len()];
+    let (even, odd) = sorted.split_at_mut(raw.len().div_ceil(2));
+    for (pair, (even, odd)) in raw.chunks_exact(2).zip(even.iter_mut().zip(odd)) {
+        (*even, *odd) = (pair[0], pair[1]);
+    }
+    let mut before = sorted.first().copied().unwrap_or_default();
+    for byte in sorted.iter_mut().skip(1) {
+        let difference = byte.wrapping_sub(before).wrapping_add(128);
+        before = std::mem::replace(byte, difference);
     }
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(4));
     encoder.write_all(&sorted).ok()?;

@@ -74,7 +74,7 @@ impl Merging {
         });
         self.merges = merges.collect();
         let counters: Counters = emitted.counters;
-        Prepared { counters, warning: emitted.warning }
+        Prepared { counters, warning: emitted.warning, until: 0 }
     }
 
     /// N π r² at a vertex, or in a medium N 4/3 π r³ σt; see [`Link`].

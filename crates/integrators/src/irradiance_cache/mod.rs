@@ -172,14 +172,15 @@ impl Integrator for IrradianceCache {
     fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
         let shortcut = &mut self.pixels.estimator.shortcut;
         let settings = &shortcut.settings;
+        let done = Prepared { until: u32::MAX, ..Prepared::default() };
         if !shortcut.caches.is_empty() {
-            return Prepared::default();
+            return done;
         }
         shortcut.caches =
             (0..settings.n_caches()).map(|_| Cache::new(settings.rules, settings.basis)).collect();
         if ctx.scene.has_moving_shapes() {
             let warning = "shapes move: irradiance-cache caches nothing and traces all paths".to_owned();
-            return Prepared { warning: Some(warning), ..Prepared::default() };
+            return Prepared { warning: Some(warning), ..done };
         }
         let build = Build { scene: ctx.scene, settings, sampler: &self.sampler, path: &self.arriving };
         let built = build.run(&mut shortcut.caches);
@@ -191,7 +192,7 @@ impl Integrator for IrradianceCache {
                 settings.memory >> 20
             )
         });
-        Prepared { counters: built.counters, warning }
+        Prepared { counters: built.counters, warning, ..done }
     }
 
     fn round(&self, _: PassContext<'_>) -> Option<u32> {

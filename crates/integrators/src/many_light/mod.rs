@@ -154,7 +154,7 @@ impl Integrator for ManyLight {
         path.shortcut.shared = shared;
         path.shortcut.n_paths = emitted.n_paths;
         path.shortcut.set_lights(emitted.kept.0, key);
-        Prepared { counters: emitted.counters, warning: emitted.warning }
+        Prepared { counters: emitted.counters, warning: emitted.warning, until: 0 }
     }
 
     fn cell(&self, ctx: PassContext<'_>, cell: Cell, out: &mut CellOutput) {

@@ -142,10 +142,11 @@ impl Integrator for Metropolis {
     }
 
     fn prepare(&mut self, ctx: PassContext<'_>) -> Prepared {
-        let Some(samples) = self.pilot.take() else { return Prepared::default() };
+        let done = Prepared { until: u32::MAX, ..Prepared::default() };
+        let Some(samples) = self.pilot.take() else { return done };
         let (plan, counters) = Plan::by_pilot(self.world(ctx.scene), self.rules, samples, self.seed);
         self.plan = plan;
-        Prepared { counters, warning: None }
+        Prepared { counters, ..done }
     }
 
     fn splats(&self) -> bool {

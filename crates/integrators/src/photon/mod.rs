@@ -185,7 +185,7 @@ impl Integrator for PhotonMapping {
 pub(crate) fn told<K>(mut emitted: Emitted<K>) -> (Emitted<K>, Prepared) {
     let counters: Counters = emitted.counters;
     let warning = emitted.warning.take();
-    (emitted, Prepared { counters, warning })
+    (emitted, Prepared { counters, warning, until: 0 })
 }
 
 /// Keeps caustic photons alone.
