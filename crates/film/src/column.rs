@@ -1,13 +1,15 @@
 //! Many fixed-point sums in as few bytes as they need: the lower halves of all, and the upper halves as wide as the largest.
 //!
-//! Sums of radiance nearly always fit into 96 bits and sums of squares into 64; a number that does not widens its column, and every
-//! number reads as the 128 bits that were added. A film of 1920 × 1080 pixels has a third less to keep.
+//! Sums of radiance nearly always fit into 96 bits and sums of squares into 64, and what one sample gives to its pixel is a float; a
+//! number that does not fit widens its column, and every number reads as the 128 bits that were added.
 
 use crate::fixed::FixedPoint;
 
-/// Fixed-point numbers, zero at first. Upper halves are none (then a number is its lower half with its sign), of 32 bits, or of 64.
+/// Fixed-point numbers, zero at first: floats, or lower halves with upper halves that are none (then a number is its lower half with
+/// its sign), of 32 bits, or of 64.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Column<const F: u32> {
+    floats: Vec<f32>,
     low: Vec<u64>,
     high: Vec<i32>,
     wide: Vec<i64>,
@@ -15,27 +17,38 @@ pub(crate) struct Column<const F: u32> {
 
 impl<const F: u32> Column<F> {
     pub(crate) fn zeros(n: usize) -> Self {
-        Self { low: vec![0; n], high: Vec::new(), wide: Vec::new() }
+        Self { low: vec![0; n], ..Self::default() }
     }
 
     /// Makes it `n` zeros, in the memory that it has.
     pub(crate) fn reset(&mut self, n: usize) {
-        self.low.clear();
+        self.reset_floats(0);
         self.low.resize(n, 0);
+    }
+
+    /// The same, for numbers that will mostly be floats.
+    pub(crate) fn reset_floats(&mut self, n: usize) {
+        self.low.clear();
         self.high.clear();
         self.wide.clear();
+        self.floats.clear();
+        self.floats.resize(n, 0.0);
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.low.len()
+        self.low.len().max(self.floats.len())
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.low.is_empty()
+        self.len() == 0
     }
 
     #[inline]
     pub(crate) fn get(&self, i: usize) -> FixedPoint<F> {
+        if let Some(&x) = self.floats.get(i) {
+            // What was kept as a float fits.
+            return FixedPoint::from_f32(x).unwrap_or_default();
+        }
         let low = self.low[i];
         let high = if !self.wide.is_empty() {
             self.wide[i]
@@ -55,6 +68,14 @@ impl<const F: u32> Column<F> {
 
     #[inline]
     pub(crate) fn set(&mut self, i: usize, x: FixedPoint<F>) {
+        if let Some(float) = self.floats.get_mut(i) {
+            let rounded = x.to_f64() as f32;
+            if FixedPoint::from_f32(rounded) == Some(x) {
+                *float = rounded;
+                return;
+            }
+            self.leave_floats();
+        }
         let (low, high) = (x.to_bits() as u64, (x.to_bits() >> 64) as i64);
         if !self.wide.is_empty() {
             self.wide[i] = high;
@@ -64,6 +85,14 @@ impl<const F: u32> Column<F> {
             self.widen(i, high);
         }
         self.low[i] = low;
+    }
+
+    #[cold]
+    fn leave_floats(&mut self) {
+        let floats = std::mem::take(&mut self.floats);
+        self.low.resize(floats.len(), 0);
+        let numbers = floats.into_iter().enumerate();
+        numbers.for_each(|(i, x)| self.set(i, FixedPoint::from_f32(x).unwrap_or_default()));
     }
 
     /// Upper halves of the next width that holds this one, which is number `i`'s.
@@ -120,10 +149,11 @@ mod tests {
     proptest! {
         #[test]
         fn a_column_holds_what_a_vector_of_128_bits_holds(
-            added in prop::collection::vec((0_usize..5, any_number(), any::<bool>()), 0..60)
+            added in prop::collection::vec((0_usize..5, any_number(), any::<bool>()), 0..60),
+            floats in any::<bool>(),
         ) {
             let mut column = Column::<64>::default();
-            column.reset(5);
+            if floats { column.reset_floats(5) } else { column.reset(5) }
             let mut plain = [Fixed::ZERO; 5];
             for (i, x, saturating) in added {
                 let x = Fixed::from_bits(x);
@@ -145,6 +175,19 @@ mod tests {
             column.reset(3);
             prop_assert!(column.len() == 3 && (0..3).all(|k| column.get(k) == Fixed::ZERO));
         }
+    }
+
+    #[test]
+    fn floats_stay_floats_until_they_are_sums() {
+        let mut column = Column::<64>::default();
+        column.reset_floats(3);
+        column.add(1, Fixed::from_f32(0.1).unwrap_or_default());
+        column.add(2, Fixed::from_f32(-3e7).unwrap_or_default());
+        assert_eq!((column.len(), column.floats.len(), column.low.len()), (3, 3, 0));
+        column.add(1, Fixed::from_f32(1e-9).unwrap_or_default());
+        assert_eq!((column.len(), column.floats.len(), column.low.len()), (3, 0, 3));
+        let sum = f64::from(0.1_f32) + f64::from(1e-9_f32);
+        assert_eq!([0, 1, 2].map(|i| column.get(i).to_f64()), [0.0, sum, f64::from(-3e7_f32)]);
     }
 
     #[test]

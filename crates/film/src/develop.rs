@@ -5,6 +5,7 @@
 //! samples missed the light, its variance is low just because they did. The bias that is left falls with the passes and with
 //! the pixels that share a weight; the variance given is that of fixed weights.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::MutexGuard;
 
@@ -76,6 +77,7 @@ impl Film {
         let (n_further, n_passes) = (n_aovs + n_splat_aovs, self.passes().len() as f64);
         let blocks = self.block_of_each_iteration(b);
         let area = blocks[0].area;
+        let blocks = self.sums_of(&blocks);
         let crop = self.settings().crop;
         let band = Bounds2i::new([crop.min[0], area.min[1]], [crop.max[0], area.max[1]]);
         let mut pixels = Vec::with_capacity(parts.len());
@@ -98,7 +100,7 @@ impl Film {
                     None => s.aovs.get(i * n_aovs + k).to_f64(),
                     Some(k) => s.splat_aovs.get(i * n_splat_aovs + k).to_f64(),
                 };
-                let sums = blocks.iter().filter_map(|b| b.sums.as_ref());
+                let sums = blocks.iter().flatten().map(|s| &**s);
                 // (A sum of none would be negative.)
                 let sum = sums.map(sum_of).fold(0.0, |a, x| a + x);
                 *x = ratio(sum, if k < n_aovs { weight } else { n_passes }) as f32;
@@ -131,7 +133,9 @@ impl Film {
         let mut errors = vec![0.0; parts.len()];
         for b in 0..self.n_blocks() {
             let blocks = self.block_of_each_iteration(b);
-            for i in 0..blocks[0].area.area() {
+            let n = blocks[0].area.area();
+            let blocks = self.sums_of(&blocks);
+            for i in 0..n {
                 let all = Part { iterations: 0..blocks.len(), n: parts.iter().map(|p| p.n).sum() };
                 let (whole, pixels) = (all.pixel(&self.common, &blocks, i), parts.iter().map(|p| p.pixel(&self.common, &blocks, i)));
                 for (error, pixel) in errors.iter_mut().zip(pixels) {
@@ -152,6 +156,10 @@ impl Film {
     /// Block `b` of every iteration, for this thread alone.
     fn block_of_each_iteration(&self, b: usize) -> Vec<MutexGuard<'_, FilmBlock>> {
         self.iterations.iter().map(|blocks| blocks.lock(b)).collect()
+    }
+
+    fn sums_of<'b>(&self, blocks: &'b [MutexGuard<'_, FilmBlock>]) -> Vec<Option<Cow<'b, Sums>>> {
+        blocks.iter().map(|block| block.sums(&self.common)).collect()
     }
 }
 
@@ -175,10 +183,9 @@ struct Part {
 }
 
 impl Part {
-    fn pixel(&self, common: &Common, blocks: &[MutexGuard<'_, FilmBlock>], i: usize) -> Pixel {
+    fn pixel(&self, common: &Common, blocks: &[Option<Cow<'_, Sums>>], i: usize) -> Pixel {
         let mut pixel = Pixel { n: self.n as f64, ..Pixel::default() };
-        let sums = blocks[self.iterations.clone()].iter().filter_map(|block| block.sums.as_ref());
-        sums.for_each(|sums| pixel.add(sums, i));
+        blocks[self.iterations.clone()].iter().flatten().for_each(|sums| pixel.add(sums, i));
         if common.is_pixel_box {
             // The box of one pixel: every pass weighs one.
             (pixel.weight, pixel.weight_squared, pixel.total_weight) = (pixel.n, pixel.n, pixel.total);

@@ -18,6 +18,7 @@
 //!
 //! Departs from the delta method in one respect: where there are splats, they too are divided by B̄, whose expectation is one.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -65,8 +66,18 @@ pub(crate) struct Progress {
 /// One block.
 pub(crate) struct FilmBlock {
     pub(crate) area: Bounds2i,
-    /// None as long as they are all zero.
-    pub(crate) sums: Option<Sums>,
+    pub(crate) held: Held,
+}
+
+/// What a block holds.
+#[derive(Clone)]
+pub(crate) enum Held {
+    /// Zeros.
+    Nothing,
+    /// What one pass gave: all sums follow from it.
+    One(PassSums),
+    /// Sums over passes.
+    Many(Sums),
 }
 
 /// The sums of one block, those of a pixel next to each other. What the settings do not need is empty.
@@ -97,9 +108,28 @@ impl Block for FilmBlock {
 }
 
 impl FilmBlock {
+    /// The sums; none if they are all zero.
+    pub(crate) fn sums(&self, common: &Common) -> Option<Cow<'_, Sums>> {
+        match &self.held {
+            Held::Nothing => None,
+            Held::One(pass) => Some(Cow::Owned(Sums::of_one(common, self.area.area(), pass))),
+            Held::Many(sums) => Some(Cow::Borrowed(sums)),
+        }
+    }
+
     /// The sums, to be added to.
-    pub(crate) fn sums(&mut self, common: &Common) -> &mut Sums {
-        self.sums.get_or_insert_with(|| Sums::zeros(common, self.area.area()))
+    pub(crate) fn sums_mut(&mut self, common: &Common) -> &mut Sums {
+        let n = self.area.area();
+        let many = match std::mem::replace(&mut self.held, Held::Nothing) {
+            Held::Nothing => Sums::zeros(common, n),
+            Held::One(pass) => Sums::of_one(common, n, &pass),
+            Held::Many(sums) => sums,
+        };
+        self.held = Held::Many(many);
+        match &mut self.held {
+            Held::Many(sums) => sums,
+            Held::Nothing | Held::One(_) => unreachable!("it was just made so"),
+        }
     }
 }
 
@@ -132,7 +162,7 @@ impl Film {
             spare: Mutex::default(),
         });
         // Memory is taken when something is added.
-        let make = |area| FilmBlock { area, sums: None };
+        let make = |area| FilmBlock { area, held: Held::Nothing };
         let iterations: Option<_> = settings.iteration_ranges().map(|_| Blocks::new(crop, make)).collect();
         let iterations = iterations.ok_or(Error::TooLarge { width: crop.width(), height: crop.height() })?;
         Ok(Self { settings, common, iterations, progress: Mutex::default() })
@@ -212,10 +242,13 @@ impl Film {
     pub fn add_pass_block(&self, buffer: &PassBuffer, block: usize) {
         let blocks = self.blocks_of(buffer.pass);
         let (mut film, mut pass) = (blocks.lock(block), buffer.blocks.lock(block));
-        if let Some(sums) = pass.take() {
-            film.sums(&self.common).add_replicate(&sums);
-            self.common.give_back(sums);
+        let Some(sums) = pass.take() else { return };
+        if matches!(film.held, Held::Nothing) {
+            film.held = Held::One(sums);
+            return;
         }
+        film.sums_mut(&self.common).add_replicate(&sums);
+        self.common.give_back(sums);
     }
 
     /// Takes over the bad samples of a buffer whose blocks were added one by one.
@@ -263,7 +296,7 @@ impl Film {
         let n_aovs = self.common.n_aovs;
         self.blocks_of(tile.pass).for_each_in(tile.area, |block, shared| {
             let area = block.area;
-            let sums = block.sums(&self.common);
+            let sums = block.sums_mut(&self.common);
             for y in shared.min[1]..shared.max[1] {
                 let from = offset_in(&tile.area, shared.min[0], y);
                 let to = offset_in(&area, shared.min[0], y);
@@ -293,10 +326,10 @@ impl Film {
             for (ours, theirs) in self.iterations.iter().zip(&other.iterations) {
                 for i in 0..ours.len() {
                     let (mut ours, theirs) = (ours.lock(i), theirs.lock(i));
-                    match (&mut ours.sums, &theirs.sums) {
-                        (Some(ours), Some(theirs)) => ours.merge(theirs),
-                        (none @ None, theirs) => none.clone_from(theirs),
-                        (Some(_), None) => {}
+                    if matches!(ours.held, Held::Nothing) {
+                        ours.held.clone_from(&theirs.held);
+                    } else if let Some(sums) = theirs.sums(&self.common) {
+                        ours.sums_mut(&self.common).merge(&sums);
                     }
                 }
             }
@@ -350,6 +383,12 @@ impl Sums {
             aovs: Column::zeros(n * common.n_aovs),
             splat_aovs: Column::zeros(n * common.n_splat_aovs),
         }
+    }
+
+    fn of_one(common: &Common, n: usize, pass: &PassSums) -> Self {
+        let mut sums = Self::zeros(common, n);
+        sums.add_replicate(pass);
+        sums
     }
 
     /// Adds what one pass gives to the pixels of this block.

@@ -193,7 +193,8 @@ impl PassSums {
     /// Makes them zeros for `n` pixels.
     pub(crate) fn reset(&mut self, common: &Common, n: usize) {
         let n_weighted = if common.is_pixel_box { 0 } else { n };
-        self.total.reset(3 * n);
+        // One sample in its own pixel is a float.
+        if common.is_pixel_box { self.total.reset_floats(3 * n) } else { self.total.reset(3 * n) }
         self.weight.clear();
         self.weight.resize(n_weighted, 0);
         self.splat.reset(if common.has_splats { 3 * n_weighted } else { 0 });

@@ -98,7 +98,11 @@ pub fn recompile(
         return None;
     }
     let contents = Contents::of(&desc);
-    let scene = workers.install(|| scene::recompile(&desc, &compile_options(options), kept, sink))?;
+    let options_of_scene = compile_options(options);
+    let scene = workers.install(|| match kept {
+        Some(kept) => scene::recompile(&desc, &options_of_scene, Some(kept), sink),
+        None => scene::consume(desc, &options_of_scene, sink),
+    })?;
     (!is_refused(options, sink)).then_some(Opened { scene, contents })
 }
 

@@ -22,7 +22,7 @@ mod textures;
 pub mod wide;
 
 pub use cameras::{Camera, CameraConnection, CameraRay, LensHit};
-pub use compile::{CompileOptions, Kept, compile, recompile};
+pub use compile::{CompileOptions, Kept, compile, consume, recompile};
 pub use ids::{LightId, MaterialId, MediumId, ShapeId, TextureId};
 pub use interaction::{Footprint, LightContext, Place, SurfaceInteraction, TextureContext};
 pub use light_select::LightSelector;

@@ -148,12 +148,12 @@ fn gather<const SIZE: usize>(
     for (blocks, bytes) in film.iterations.iter().zip(bytes.chunks_exact_mut(crop.area() * n * SIZE)) {
         for i in 0..blocks.len() {
             let block = blocks.lock(i);
-            let Some(sums) = &block.sums else { continue };
+            let Some(sums) = block.sums(&film.common) else { continue };
             let per_row = block.area.width() * n;
             for row in 0..block.area.height() {
                 let at = offset_in(&crop, block.area.min[0], block.area.min[1] + row as i32) * n * SIZE;
                 let to = bytes[at..at + per_row * SIZE].chunks_exact_mut(SIZE);
-                (row * per_row..).zip(to).for_each(|(i, to)| to.copy_from_slice(&get(sums, i)));
+                (row * per_row..).zip(to).for_each(|(i, to)| to.copy_from_slice(&get(&sums, i)));
             }
         }
     }
@@ -172,7 +172,7 @@ fn scatter<const SIZE: usize>(
             let mut block = blocks.lock(i);
             let area = block.area;
             let per_row = area.width() * n;
-            let sums = block.sums(&film.common);
+            let sums = block.sums_mut(&film.common);
             for row in 0..area.height() {
                 let at = offset_in(&crop, area.min[0], area.min[1] + row as i32) * n * SIZE;
                 let (numbers, _) = bytes[at..at + per_row * SIZE].as_chunks::<SIZE>();

@@ -3,10 +3,11 @@
 use accel::{Accel, Blas, BuildOptions, Instance};
 use math::{AnimatedTransform, Transform, Vec3};
 use rayon::prelude::*;
-use scene_desc::{Geometry, InstanceDesc, SceneDesc, ShapeDesc, Sink, Span};
+use scene_desc::{Geometry, InstanceDesc, MeshDesc, SceneDesc, ShapeDesc, Sink, Span};
 
 use super::CompileOptions;
 use super::kept::{KeptWorld, needs_filter};
+use super::taken::Taken;
 use crate::MaterialId;
 use crate::materials::{Gaps, Materials};
 use crate::media::MediumIds;
@@ -42,28 +43,30 @@ pub(super) fn build<'a>(
     materials: &Materials,
     textures: &mut TextureCompiler<'_>,
     (options, media): (&CompileOptions, &MediumIds),
-    kept: Option<KeptWorld>,
+    (kept, taken): (Option<KeptWorld>, Taken),
 ) -> Option<World<'a>> {
     let (forms, trees) = kept.map(KeptWorld::into_parts).unzip();
     let forms = forms.map(Vec::into_iter);
     let (shapes, descs) = (Vec::new(), Vec::new());
-    let mut builder = Builder { desc, materials, textures, media, shapes, descs, forms };
+    let mut builder = Builder { desc, materials, textures, media, shapes, descs, forms, taken };
 
     // The world's own shapes; those that move become objects of their own.
     let animated = |i: &usize| desc.shapes[*i].world_from_object.is_animated();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..desc.shapes.len()).partition(animated);
-    builder.add_shapes(&still.iter().map(|&i| &desc.shapes[i]).collect::<Vec<_>>(), Place::World);
+    builder.add_shapes(still.iter().map(|&i| (i, &desc.shapes[i])).collect(), Place::World);
     let world_len = builder.shapes.len();
     let mut object_base = Vec::new();
+    let mut numbers = desc.shapes.len()..;
     for object in &desc.objects {
         object_base.push(builder.shapes.len() as u32);
-        builder.add_shapes(&object.shapes.iter().collect::<Vec<_>>(), Place::Object);
+        let shapes = object.shapes.iter().map(|s| (numbers.next().unwrap_or_default(), s));
+        builder.add_shapes(shapes.collect(), Place::Object);
     }
     let mut instances = builder.flatten_instances();
-    for shape in moving.into_iter().map(|i| &desc.shapes[i]) {
+    for (i, shape) in moving.into_iter().map(|i| (i, &desc.shapes[i])) {
         let object = object_base.len() as u32;
         object_base.push(builder.shapes.len() as u32);
-        builder.add_shapes(&[shape], Place::Moving);
+        builder.add_shapes(vec![(i, shape)], Place::Moving);
         instances.push(Instance { object, world_from_object: shape.world_from_object });
     }
 
@@ -110,16 +113,21 @@ struct Builder<'d, 'a, 'b> {
     descs: Vec<(&'d ShapeDesc, Place)>,
     /// Of an earlier compile, in the same order.
     forms: Option<std::vec::IntoIter<ShapeGeometry>>,
+    /// Meshes that the description gave away.
+    taken: Taken,
 }
 
 impl<'d> Builder<'d, '_, '_> {
-    fn add_shapes(&mut self, shapes: &[&'d ShapeDesc], place: Place) {
+    /// Adds shapes with their numbers among all of the description.
+    fn add_shapes(&mut self, shapes: Vec<(usize, &'d ShapeDesc)>, place: Place) {
+        let (numbers, shapes): (Vec<usize>, Vec<&ShapeDesc>) = shapes.into_iter().unzip();
+        let taken: Vec<Option<MeshDesc>> = numbers.into_iter().map(|i| self.taken.mesh(i)).collect();
         let baked: Vec<ShapeGeometry> = match &mut self.forms {
             Some(forms) => forms.take(shapes.len()).collect(),
-            None => shapes.par_iter().map(|s| bake(s, place)).collect(),
+            None => shapes.par_iter().zip(taken).map(|(s, mesh)| bake(s, mesh, place)).collect(),
         };
         self.descs.extend(shapes.iter().map(|s| (*s, place)));
-        for (desc, geometry) in shapes.iter().zip(baked) {
+        for (desc, geometry) in shapes.into_iter().zip(baked) {
             let material = &self.desc.materials[desc.material.index()];
             let inputs = [&desc.alpha, &material.opacity];
             let factors = inputs.map(|a| a.as_ref().map(|a| self.textures.float(a, desc.span)));
@@ -180,12 +188,16 @@ impl<'d> Builder<'d, '_, '_> {
     }
 }
 
-fn bake(desc: &ShapeDesc, place: Place) -> ShapeGeometry {
+/// A shape where it is traced; `taken` is its mesh, if the description does not have it any more.
+fn bake(desc: &ShapeDesc, taken: Option<MeshDesc>, place: Place) -> ShapeGeometry {
     let own = desc.world_from_object.start();
     let t = if place == Place::Moving { Transform::IDENTITY } else { own };
     // Normals map by the transform, so that a mirrored shape keeps its outside out: a mesh undoes the turn of its
     // winding where positions are mapped, a quadric's normal never turns.
     let reverse = desc.reverse_orientation;
+    if let Some(mesh) = taken {
+        return ShapeGeometry::Mesh(Mesh::from_owned(mesh, &t, reverse));
+    }
     let quadric = |kind| ShapeGeometry::Quadric(Quadric { kind, world_from_object: t, flip: reverse });
     match &desc.geometry {
         Geometry::Mesh(m) if m.is_moving() => {
@@ -366,13 +378,11 @@ mod tests {
     use std::sync::Arc;
 
     use math::{AnimatedTransform, DMat4, DVec3, Dir, Transform, Vec3};
-    use scene_desc::MeshDesc;
-
     use super::*;
     use crate::materials::Detail;
 
     fn normal_of_bake(desc: &ShapeDesc, place: Place) -> Dir {
-        match bake(desc, place) {
+        match bake(desc, None, place) {
             ShapeGeometry::Mesh(m) => m.at(0, [0.2; 2], Detail::Frame).ng,
             ShapeGeometry::Quadric(q) => {
                 let p = q.world_from_object.point(math::Point(Vec3::new(0.6, 0.0, 0.8)));

@@ -8,6 +8,7 @@ mod emitters;
 mod geometry;
 mod kept;
 mod patch_grid;
+mod taken;
 
 pub use kept::Kept;
 
@@ -15,6 +16,7 @@ use math::Bounds2i;
 use scene_desc::{SceneDesc, Sink};
 use spectrum::{ColorMode, ColorPipeline, Sensor};
 
+use self::taken::Taken;
 use crate::Surroundings;
 use crate::cameras::Camera;
 use crate::light_select::LightSelector;
@@ -43,12 +45,28 @@ pub fn compile(desc: &SceneDesc, options: &CompileOptions, sink: &mut Sink) -> O
     recompile(desc, options, None, sink)
 }
 
+/// The same of a description that nobody needs any more: its meshes become the scene's.
+#[must_use]
+pub fn consume(mut desc: SceneDesc, options: &CompileOptions, sink: &mut Sink) -> Option<Scene> {
+    let taken = Taken::from(&mut desc);
+    compile_with(&desc, options, (None, taken), sink)
+}
+
 /// The same, with what an earlier compile made and this one needs alike: to the bit what [`compile`] gives.
 #[must_use]
 pub fn recompile(
     desc: &SceneDesc,
     options: &CompileOptions,
     kept: Option<Kept>,
+    sink: &mut Sink,
+) -> Option<Scene> {
+    compile_with(desc, options, (kept, Taken::default()), sink)
+}
+
+fn compile_with(
+    desc: &SceneDesc,
+    options: &CompileOptions,
+    (kept, taken): (Option<Kept>, Taken),
     sink: &mut Sink,
 ) -> Option<Scene> {
     let (kept_images, kept_world) = kept.map(|k| k.split(desc)).unzip();
@@ -62,8 +80,8 @@ pub fn recompile(
     let mut compiler = TextureCompiler::new(desc, colors, sink);
     let materials = Materials::compile(desc, &mut compiler);
     let (media, medium_ids) = Media::compile(&desc.media, materials.interiors(), colors, compiler.sink());
-    let world =
-        geometry::build(desc, &materials, &mut compiler, (options, &medium_ids), kept_world.flatten());
+    let given = (kept_world.flatten(), taken);
+    let world = geometry::build(desc, &materials, &mut compiler, (options, &medium_ids), given);
     let textures = compiler.finish_with(kept_images.as_ref());
 
     // Lights.

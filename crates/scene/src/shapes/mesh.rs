@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 use math::{Dir, Frame, Point, Transform, Vec2, Vec3, error_bound::gamma};
+use rayon::prelude::*;
 use scene_desc::MeshDesc;
 
 use super::LocalSurface;
@@ -22,18 +23,32 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// Maps a mesh as pbrt does: positions, normals and tangents; reversed orientation turns the normals.
     pub(crate) fn new(desc: &MeshDesc, t: &Transform, reverse_orientation: bool) -> Self {
-        let identity = *t == Transform::IDENTITY;
-        let sign = if reverse_orientation { -1.0 } else { 1.0 };
-        let position = |p: &Vec3| if identity { *p } else { t.point(Point(*p)).0 };
-        let normal = |n: &Vec3| t.normal(Dir(*n)).0 * sign;
-        Self {
-            positions: desc.positions.iter().map(position).collect(),
-            normals: desc.normals.iter().map(normal).collect(),
-            tangents: desc.tangents.iter().map(|v| t.vector(*v)).collect(),
+        let mesh = Self {
+            positions: desc.positions.clone(),
+            normals: desc.normals.clone(),
+            tangents: desc.tangents.clone(),
             uvs: desc.uvs.clone(),
             indices: desc.indices.clone(),
-            flip: super::flips(reverse_orientation, t),
+            flip: false,
+        };
+        mesh.mapped(t, reverse_orientation)
+    }
+
+    /// The same of a mesh that nobody else needs.
+    pub(crate) fn from_owned(desc: MeshDesc, t: &Transform, reverse_orientation: bool) -> Self {
+        let MeshDesc { positions, normals, tangents, uvs, indices, .. } = desc;
+        Self { positions, normals, tangents, uvs, indices, flip: false }.mapped(t, reverse_orientation)
+    }
+
+    fn mapped(mut self, t: &Transform, reverse_orientation: bool) -> Self {
+        let sign = if reverse_orientation { -1.0 } else { 1.0 };
+        if *t != Transform::IDENTITY {
+            each(&mut self.positions, |p| t.point(Point(p)).0);
         }
+        each(&mut self.normals, |n| t.normal(Dir(n)).0 * sign);
+        each(&mut self.tangents, |v| t.vector(v));
+        self.flip = super::flips(reverse_orientation, t);
+        self
     }
 
     /// The same mesh where `t` leads.
@@ -144,6 +159,11 @@ impl Mesh {
         12 * (self.positions.len() + self.normals.len() + self.tangents.len() + self.indices.len())
             + 8 * self.uvs.len()
     }
+}
+
+/// Maps vectors in place.
+fn each(vectors: &mut [Vec3], map: impl Fn(Vec3) -> Vec3 + Sync) {
+    vectors.par_iter_mut().with_min_len(4096).for_each(|v| *v = map(*v));
 }
 
 /// Derivatives of the point; where (u, v) is degenerate, any tangents.
