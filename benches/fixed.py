@@ -137,7 +137,8 @@ for k, v in {'renderengine.type': 'PATHCPU', 'sampler.type': 'SOBOL', 'film.widt
              'film.outputs.0.type': 'RGB', 'film.outputs.0.filename': out}.items():
     C.Set(L.Property(k, v))
 s = L.RenderSession(L.RenderConfig(C, sc)); s.Start()
-while not s.HasDone(): time.sleep(.01)
+while not s.HasDone():
+    time.sleep(.01); s.UpdateStats()
 s.Stop(); s.GetFilm().Save()
 os._exit(0)
 """
@@ -187,6 +188,7 @@ def cost(args):
         for _ in range(args.rounds):
             for renderer, command in commands.items():
                 figures, text = measured(command, folder)
+                print(f"  {renderer}: {figures}", file=sys.stderr, flush=True)
                 if figures is None:
                     print(f"{renderer}: {text}", file=sys.stderr)
                     continue
