@@ -6,8 +6,9 @@
     python benches/fixed.py threads SCENE [--integrators path,bdpt,...] [--spp N | --seconds 20] [--size WxH] [--rounds 1] [--csv FILE]
 
 `cost`: every renderer starts as a process, reads a binary PLY of that many triangles (hills under a white sky, one camera, 8 bounces,
-box filter), renders, writes an EXR and ends; wall time and peak resident set (`wait4`) of the whole process, on two threads. Each peer
-has a Python of its own with its wheel (`mitsuba`, `bpy`, `pyluxcore`): pass the interpreters whose peers are to be measured. Rounds
+box filter), renders, writes an EXR and ends; wall time, processor time and peak resident set (`wait4`) of the whole process, on two
+threads: on a shared machine the processor time is what to look at. Each peer has a Python of its own with its wheel (`mitsuba`, `bpy`,
+`pyluxcore`): pass the interpreters whose peers are to be measured. Rounds
 are interleaved. With `--scene` Steradian renders that file alone, so that scenes that peers cannot read are measured too.
 
 `threads`: passes a second with one thread and with two, and by two processes of one thread at a time: what the machine gives.
@@ -145,7 +146,7 @@ os._exit(0)
 
 
 def measured(command, cwd):
-    """Wall seconds, peak resident set in MB, and output of a process; None if it fails, and then why."""
+    """Wall and processor seconds, peak resident set in MB, and output of a process; None if it fails, and then why."""
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         start = time.monotonic()
         child = subprocess.Popen(command, cwd=cwd, stdout=out, stderr=err)
@@ -156,7 +157,7 @@ def measured(command, cwd):
         err.seek(0)
         if child.returncode != 0:
             return None, err.read().decode(errors="replace")[-400:]
-        return (wall, usage.ru_maxrss / 1000), out.read().decode(errors="replace")
+        return (wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1000), out.read().decode(errors="replace")
 
 
 def cost(args):
@@ -198,14 +199,14 @@ def cost(args):
     print(f"{name}, {args.size}, {args.spp} spp, 2 threads: medians of {args.rounds}")
     rows = []
     for renderer, figures in found.items():
-        wall, rss = (statistics.median(x) for x in zip(*figures, strict=True))
-        line = f"  {renderer:24} {wall:7.2f} s {rss:8.0f} MB"
+        wall, cpu, rss = (statistics.median(x) for x in zip(*figures, strict=True))
+        line = f"  {renderer:24} {wall:7.2f} s {cpu:7.2f} s of processors {rss:8.0f} MB"
         if renderer in told:
             load, render = (statistics.median(t[k] for t in told[renderer]) for k in ("load_seconds", "render_seconds"))
             line += f"   load {load:.2f} s, render {render:.2f} s, the rest {wall - load - render:.2f} s"
         print(line, flush=True)
-        rows.append(f"{time.strftime('%Y-%m-%d')},cost,{name},{args.size},{args.spp},{renderer},{wall:.3f},{rss:.0f}")
-    record(args, "date,kind,scene,size,spp,renderer,wall_s,peak_mb", rows)
+        rows.append(f"{time.strftime('%Y-%m-%d')},cost,{name},{args.size},{args.spp},{renderer},{wall:.3f},{cpu:.3f},{rss:.0f}")
+    record(args, "date,kind,scene,size,spp,renderer,wall_s,cpu_s,peak_mb", rows)
 
 
 def threads(args):
