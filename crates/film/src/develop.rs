@@ -13,9 +13,10 @@ use math::Bounds2i;
 use rayon::prelude::*;
 
 use crate::blocks::{SIDE, offset_in};
-use crate::film::{Film, FilmBlock, Sums};
+use crate::film::Film;
 use crate::fixed::{Moment, weight};
 use crate::passes::PassSet;
+use crate::sums::{FilmBlock, Sums};
 use crate::tile::Common;
 
 /// The pixels of a film's crop, row by row.
@@ -137,7 +138,10 @@ impl Film {
             let blocks = self.sums_of(&blocks);
             for i in 0..n {
                 let all = Part { iterations: 0..blocks.len(), n: parts.iter().map(|p| p.n).sum() };
-                let (whole, pixels) = (all.pixel(&self.common, &blocks, i), parts.iter().map(|p| p.pixel(&self.common, &blocks, i)));
+                let (whole, pixels) = (
+                    all.pixel(&self.common, &blocks, i),
+                    parts.iter().map(|p| p.pixel(&self.common, &blocks, i)),
+                );
                 for (error, pixel) in errors.iter_mut().zip(pixels) {
                     for c in 0..3 {
                         let mean = whole.mean(c);

@@ -16,6 +16,7 @@ mod partial;
 mod pass;
 mod passes;
 mod settings;
+mod sums;
 mod tile;
 
 pub use bad::{BadKind, BadSample, BadSamples, CONTRIBUTION_LIMIT, Sign};

@@ -194,7 +194,11 @@ impl PassSums {
     pub(crate) fn reset(&mut self, common: &Common, n: usize) {
         let n_weighted = if common.is_pixel_box { 0 } else { n };
         // One sample in its own pixel is a float.
-        if common.is_pixel_box { self.total.reset_floats(3 * n) } else { self.total.reset(3 * n) }
+        if common.is_pixel_box {
+            self.total.reset_floats(3 * n)
+        } else {
+            self.total.reset(3 * n)
+        }
         self.weight.clear();
         self.weight.resize(n_weighted, 0);
         self.splat.reset(if common.has_splats { 3 * n_weighted } else { 0 });

@@ -214,9 +214,8 @@ impl Schedule {
 
     fn can_open(&self) -> bool {
         let free = self.opened < self.end && self.opened - self.folded < self.shape.window;
-        let turn = !self.shape.sequential
-            || self.is_prepared(self.opened)
-            || self.works.len() == self.n_complete();
+        let turn =
+            !self.shape.sequential || self.is_prepared(self.opened) || self.works.len() == self.n_complete();
         free && turn && !self.opening
     }
 

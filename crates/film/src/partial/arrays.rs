@@ -3,9 +3,10 @@
 use safetensors::tensor::Dtype;
 
 use crate::blocks::offset_in;
-use crate::film::{Film, Sums};
+use crate::film::Film;
 use crate::fixed::FixedPoint;
 use crate::settings::FilmSettings;
+use crate::sums::Sums;
 
 /// Which sums of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

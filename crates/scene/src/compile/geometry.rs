@@ -377,9 +377,9 @@ fn count(shapes: &[Shape], instances: usize, accel: &Accel) -> SceneCounts {
 mod tests {
     use std::sync::Arc;
 
-    use math::{AnimatedTransform, DMat4, DVec3, Dir, Transform, Vec3};
     use super::*;
     use crate::materials::Detail;
+    use math::{AnimatedTransform, DMat4, DVec3, Dir, Transform, Vec3};
 
     fn normal_of_bake(desc: &ShapeDesc, place: Place) -> Dir {
         match bake(desc, None, place) {
