@@ -4,7 +4,7 @@
 //! sixteen paths share each instruction ([`step`]), as long as they are matt: that is what most of a room is. A path that comes
 //! to another surface takes this step alone, by [`Path::arrive`], and rejoins the others after it. So every feature
 //! of a surface or lamp is supported as it is there, and what is written here are only the operations of `Path::scatter` in the same
-//! order: a film tells no difference (`tests/tests/determinism.rs`).
+//! order: a film tells no difference (`tests/tests/side_by_side.rs`).
 //!
 //! Paths through media, in wavelengths, with other samplers than Sobol' or with parameters for teaching go one by one altogether.
 
