@@ -57,6 +57,13 @@ fn batches_of_any_size_give_the_bits_of_single_rays_on_triangles() {
 }
 
 #[test]
+fn batches_of_any_size_give_the_bits_of_single_rays_on_few_triangles() {
+    let mut random = Random::new(26);
+    let scene = scenes::small_room(&mut random);
+    every_kernel(&scene, &mut random, 20_000);
+}
+
+#[test]
 fn batches_of_any_size_give_the_bits_of_single_rays_on_other_primitives() {
     let mut random = Random::new(22);
     let scene = scenes::other_primitives(&mut random);
@@ -72,8 +79,14 @@ fn batches_of_any_size_give_the_bits_of_single_rays_on_instances() {
 
 #[test]
 fn rays_that_are_no_rays_disturb_none_of_their_batch() {
+    for scene in [scenes::triangles, scenes::small_room] {
+        rays_that_are_no_rays(scene);
+    }
+}
+
+fn rays_that_are_no_rays(scene: fn(&mut Random) -> scenes::Scene) {
     let mut random = Random::new(24);
-    let scene = scenes::triangles(&mut random);
+    let scene = scene(&mut random);
     let mut mixed = bundles(2000, &scene.targets, &mut random);
     for (i, ray) in mixed.iter_mut().enumerate() {
         match i % 9 {
@@ -86,7 +99,9 @@ fn rays_that_are_no_rays_disturb_none_of_their_batch() {
         }
     }
     for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
-        check(&(scene.build)(TreeKind::default()).with_isa(isa), &mixed, (0..=70).cycle());
+        let accel = (scene.build)(TreeKind::default()).with_isa(isa);
+        check(&accel, &mixed, (0..=70).cycle());
+        check(&accel, &mixed, std::iter::repeat(600));
     }
 }
 

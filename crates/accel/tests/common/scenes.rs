@@ -5,7 +5,7 @@ use steradian_accel::{
     Accel, Blas, BuildOptions, Curve, CurveKind, Cylinder, Disk, Geometry, Instance, Shape, Sphere, TreeKind,
 };
 
-use super::{Mesh, Random, soup};
+use super::{Mesh, Random, closed_sphere, soup};
 
 /// A scene for each tree, and points to aim at.
 pub(crate) struct Scene {
@@ -19,7 +19,16 @@ pub(crate) fn mesh_of(mesh: &Mesh) -> Shape<'_> {
 
 /// Triangles, half of them filtered.
 pub(crate) fn triangles(random: &mut Random) -> Scene {
-    let (a, b) = (soup(300, random), soup(200, random));
+    filtered_and_not(soup(300, random), soup(200, random))
+}
+
+/// A closed room of few triangles with a few in it.
+pub(crate) fn small_room(random: &mut Random) -> Scene {
+    filtered_and_not(closed_sphere(4, 5, 2.0, Vec3::ZERO), soup(8, random))
+}
+
+/// Triangles that are opaque, and others of which each is filtered and opaque too.
+fn filtered_and_not(a: Mesh, b: Mesh) -> Scene {
     let targets = a.positions.clone();
     let build = move |tree| {
         let all =
