@@ -1,11 +1,9 @@
 //! Many rays at once: sixteen are made ready together, those that go the same way are traced together, and all their hits
-//! are finished together. The bits are those of one ray after the other. In a small tree all rays of one octant and fastest axis do
-//! (see [`sorted`]).
+//! are finished together. The bits are those of one ray after the other.
 
 mod bests;
 mod packet;
 mod rays;
-mod sorted;
 mod top;
 
 use math::Ray;
@@ -33,16 +31,13 @@ pub(super) fn nearest<K: Kernel, const INSTANCES: bool>(
     hits: &mut [Option<Hit>],
     filter: Filter<'_>,
 ) {
-    if K::PACKETS && sorted::pays(accel, rays.len()) {
-        return sorted::nearest::<K, INSTANCES>(accel, rays, hits, filter);
-    }
     let (mut local, mut bests) = (Rays::NONE, Bests::NOTHING);
     let mut first = 0;
     for (rays, hits) in rays.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let mut single = u32::MAX >> (u32::BITS - rays.len() as u32);
         if K::PACKETS && go_the_same_way(rays) {
             let filter = &mut |i: usize, hit: &Hit| filter(first + i, hit);
-            single = trace::<K, false, false, INSTANCES, _>(accel, rays, &mut local, &mut bests, filter);
+            single = trace::<K, false, INSTANCES, _>(accel, rays, &mut local, &mut bests, filter);
             bests.write(accel, hits);
         }
         while single != 0 {
@@ -63,16 +58,13 @@ pub(super) fn any<K: Kernel, const INSTANCES: bool>(
     blocked: &mut [bool],
     filter: Filter<'_>,
 ) {
-    if K::PACKETS && sorted::pays(accel, rays.len()) {
-        return sorted::any::<K, INSTANCES>(accel, rays, blocked, filter);
-    }
     let (mut local, mut bests) = (Rays::NONE, Bests::NOTHING);
     let mut first = 0;
     for (rays, blocked) in rays.chunks(RAYS).zip(blocked.chunks_mut(RAYS)) {
         let mut single = u32::MAX >> (u32::BITS - rays.len() as u32);
         if K::PACKETS && go_the_same_way(rays) {
             let filter = &mut |i: usize, hit: &Hit| filter(first + i, hit);
-            single = trace::<K, true, false, INSTANCES, _>(accel, rays, &mut local, &mut bests, filter);
+            single = trace::<K, true, INSTANCES, _>(accel, rays, &mut local, &mut bests, filter);
             for (i, is_blocked) in blocked.iter_mut().enumerate() {
                 *is_blocked = bests.found >> i & 1 != 0;
             }
@@ -104,9 +96,9 @@ fn go_the_same_way(rays: &[Ray]) -> bool {
     2 * alike >= pairs
 }
 
-/// Traces rays that go the same way together, or `APART` those of one class; returns the others. At most sixteen.
+/// Traces rays that go the same way together; returns the others. At most sixteen.
 #[inline(always)]
-fn trace<K: Kernel, const ANY: bool, const APART: bool, const INSTANCES: bool, F>(
+fn trace<K: Kernel, const ANY: bool, const INSTANCES: bool, F>(
     accel: &Accel,
     rays: &[Ray],
     local: &mut Rays,
@@ -123,7 +115,7 @@ where
     while rest != 0 {
         let (class, alike) = local.first_class(rest);
         rest &= !alike;
-        let Some(beam) = Beam::around::<K::Rays, APART>(local, alike, class, accel.reach) else {
+        let Some(beam) = Beam::around::<K::Rays>(local, alike, class, accel.reach) else {
             others |= alike;
             continue;
         };
@@ -151,7 +143,7 @@ fn object<K: Kernel, const ANY: bool, F: FnMut(usize, &Hit) -> bool>(
     while rest != 0 {
         let (class, alike) = space.rays.first_class(rest);
         rest &= !alike;
-        match Beam::around::<K::Rays, false>(space.rays, alike, class, space.blas.reach) {
+        match Beam::around::<K::Rays>(space.rays, alike, class, space.blas.reach) {
             Some(beam) => packet::run::<K, ANY, F>(space, &beam, alike, bests, filter),
             None => others |= alike,
         }

@@ -242,8 +242,6 @@ fn range<L: Lanes<RAYS>>(row: &Row, among: u32) -> (f32, f32) {
 
 /// As many rays as it takes for a packet to be worth it.
 pub(super) const PACKET: u32 = 6;
-/// The same in a small tree, where a beam need not cull.
-pub(super) const FEWEST: u32 = 4;
 /// Slopes across the fastest axis may differ by this much in all.
 const SLOPES: f32 = 0.2;
 /// Origins may differ by this share of the structure's reach.
@@ -251,16 +249,11 @@ const ORIGINS: f32 = 0.05;
 
 impl Beam {
     /// Around the rays of `among`, which have one class and can be traced; `None` if they are too few, or go apart
-    /// too far (unless they may go `APART`), for it to be of use.
+    /// too far, for it to be of use.
     #[allow(clippy::needless_range_loop, reason = "the same lane of many rows")]
     #[inline(always)]
-    pub(super) fn around<L: Lanes<RAYS>, const APART: bool>(
-        rays: &Rays,
-        among: u32,
-        class: u32,
-        reach: f32,
-    ) -> Option<Self> {
-        if among.count_ones() < if APART { FEWEST } else { PACKET } {
+    pub(super) fn around<L: Lanes<RAYS>>(rays: &Rays, among: u32, class: u32, reach: f32) -> Option<Self> {
+        if among.count_ones() < PACKET {
             return None;
         }
         let mut spread = 0.0;
@@ -268,7 +261,7 @@ impl Beam {
             let (least, most) = range::<L>(row, among);
             spread += most - least;
         }
-        if !APART && !(spread < SLOPES) {
+        if !(spread < SLOPES) {
             return None;
         }
         let pad = range::<L>(&rays.pad, among).1;
@@ -292,6 +285,6 @@ impl Beam {
             beam.c_far[axis] = slack - o_far * inv_far;
         }
         beam.origin = (apart == 0.0).then_some(origin);
-        (APART || apart <= ORIGINS * reach).then_some(beam)
+        (apart <= ORIGINS * reach).then_some(beam)
     }
 }
