@@ -172,3 +172,28 @@ fn a_crop_is_a_part_of_the_whole() {
         }
     }
 }
+
+#[test]
+fn a_sketch_shows_samples_of_the_first_pass() {
+    const STEP: usize = 16;
+    let scene = scene("large-lamp.pbrt", None);
+    let path = Way { integrator: "path", settings: &[] };
+    let (job, _) = path.render(&scene, 0..1, 1, 2);
+    let first = job.film().develop();
+    let sketch = path.job(&scene, 1).sketch(STEP as u32, &workers(2));
+    let sketch = sketch.unwrap_or_else(|e| panic!("{e}")).unwrap_or_else(|| panic!("path can be sketched"));
+    assert_eq!([sketch.width(), sketch.height()], [72_usize.div_ceil(STEP), 40_usize.div_ceil(STEP)]);
+    for y in 0..sketch.height() {
+        for x in 0..sketch.width() {
+            // In the middle of the square, or of what the picture has of it.
+            let middle = |k: usize, n: usize| (k * STEP + (k * STEP + STEP).min(n)) / 2;
+            let pixel = first.mean[middle(y, 40) * 72 + middle(x, 72)];
+            assert_eq!(sketch.pixel(x, y), pixel, "{x}, {y}");
+        }
+    }
+    for integrator in ["light", "sppm", "mlt"] {
+        let way = Way { integrator, settings: &[] };
+        let nothing = way.job(&scene, 1).sketch(STEP as u32, &workers(2));
+        assert!(nothing.unwrap_or_else(|e| panic!("{e}")).is_none(), "{integrator}");
+    }
+}
