@@ -106,13 +106,13 @@ impl Sums {
     /// Adds what one pass gives to the pixels of this block.
     pub(crate) fn add_replicate(&mut self, pass: &PassSums) {
         for i in 0..pass.total.len() / 3 {
-            self.add_total(i, &pass.total.get3(3 * i));
-        }
-        for (i, &w) in pass.weight.iter().enumerate() {
+            let totals = pass.total.get3(3 * i);
+            self.add_total(i, &totals);
+            let Some(&w) = pass.weight.get(i) else { continue };
             let b = weight::to_f64(w);
             self.weight[i] = self.weight[i].wrapping_add(w);
             self.weight_squared[i] = self.weight_squared[i].wrapping_add(weight::from_f64(b * b));
-            for (c, total) in pass.total.get3(3 * i).into_iter().enumerate() {
+            for (c, total) in totals.into_iter().enumerate() {
                 let product = Moment::from_f64(total.to_f64() * b).unwrap_or(Moment::MAX);
                 self.total_weight.add(3 * i + c, product);
             }

@@ -82,6 +82,7 @@ impl<'s> Job<'s> {
         Ok(Self { bound, film: Film::new(settings)?, view: None })
     }
 
+    /// The method, on its scene.
     pub(crate) fn bound(&self) -> &(dyn Passes + 's) {
         &self.bound
     }

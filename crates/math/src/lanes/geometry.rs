@@ -2,7 +2,17 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use super::{Floats, Words};
+use super::{Floats, LANES, Words};
+
+/// Sixteen vectors in memory: a column for each component.
+pub type Columns = [[f32; LANES]; 3];
+
+/// One of them.
+#[inline(always)]
+#[must_use]
+pub fn in_lane(columns: &Columns, lane: usize) -> glam::Vec3 {
+    glam::Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane])
+}
 
 /// Sixteen vectors.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +45,22 @@ impl<F: Floats> Vec3Lanes<F> {
     #[inline(always)]
     pub fn splat(v: glam::Vec3) -> Self {
         Self::new(F::splat(v.x), F::splat(v.y), F::splat(v.z))
+    }
+
+    /// From memory, component by component.
+    #[inline(always)]
+    pub fn load(columns: &Columns) -> Self {
+        Self::new(F::load(&columns[0]), F::load(&columns[1]), F::load(&columns[2]))
+    }
+
+    /// To memory, component by component.
+    #[inline(always)]
+    pub fn stored(self) -> Columns {
+        let mut out = [[0.0; LANES]; 3];
+        self.x.store(&mut out[0]);
+        self.y.store(&mut out[1]);
+        self.z.store(&mut out[2]);
+        out
     }
 
     /// Dot product.

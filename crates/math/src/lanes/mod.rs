@@ -1,7 +1,7 @@
 //! Sixteen of everything, side by side: what formulas need that are worked out for sixteen paths at once.
 //!
-//! A formula is written once over [`Floats`] and runs on plain arrays ([`Portable`]) or on the registers of `accel`'s kernels,
-//! which also choose. Every operation is rounded as on a single `f32` and nothing is fused or reordered, so that a lane has
+//! A formula is written once over [`Floats`] and runs on the registers of `accel`'s kernels, or for comparison on plain arrays
+//! ([`PortableFloats`]). Every operation is rounded as on a single `f32` and nothing is fused or reordered, so that a lane has
 //! the bits that scalar code with the same operations has.
 //!
 //! Generic code over lanes must be `#[inline(always)]` down to the operations: only then is it compiled for the
@@ -13,7 +13,7 @@ mod trig;
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-pub use geometry::{FrameLanes, PointLanes, Vec3Lanes, offset_ray_origin};
+pub use geometry::{Columns, FrameLanes, PointLanes, Vec3Lanes, in_lane, offset_ray_origin};
 pub use portable::{PortableDoubles, PortableFloats, PortableLongs, PortableWords};
 pub use trig::{atan2, sin_cos_within_an_eighth};
 

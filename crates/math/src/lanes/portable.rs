@@ -1,4 +1,4 @@
-//! Lanes as arrays: for processors without wide registers, and what the others are compared with.
+//! Lanes as arrays: what registers are compared with. (No way to render: single paths are faster.)
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 

@@ -2,15 +2,14 @@
 //!
 //! A light sample is drawn first from the patches, in proportion to `E V cos`, then within one by the sky's image alone. `E` is the
 //! patch's share of the sky's light and `V` the part of it that reaches the cell of space that the point lies in, learned by a few rays
-//! when the scene is compiled: what windows leave of a sky in a room is soon found, as with visibility maps of other renderers
-//! [Bitterli2015 does it for windows that are told of]. `V` is never less than a twentieth and the cosine never zero where any of a
+//! when the scene is compiled: what windows leave of a sky in a room is soon found, where [Bitterli2015] must be told of the windows. `V` is never less than a twentieth and the cosine never zero where any of a
 //! patch can be above the surface, so that estimates stay without bias whatever was learned; only their noise depends on it.
 //!
 //! Departs from a density in proportion to the sky alone: it is a function of the place.
 
 use math::{Bounds, Dir, Point, Ray, Vec3, Vec4, hash};
 use rayon::prelude::*;
-use sampling::distribution::PiecewiseConstant2D;
+use sampling::distribution::{PiecewiseConstant2D, chances, choose};
 use sampling::{Pdf, PrimarySpace};
 
 use crate::LightContext;
@@ -133,9 +132,9 @@ impl Patches {
     pub(super) fn sample(&self, context: &LightContext, u: [f32; 2]) -> Option<Drawn> {
         let (weights, sum) = self.weights(context);
         let rows: [f32; SIDE] = std::array::from_fn(|y| (weights[2 * y] + weights[2 * y + 1]).element_sum());
-        let (row, uy) = choose(&rows, u[1])?;
+        let (row, uy) = choose(chances(rows)?, u[1]);
         let columns: [f32; SIDE] = std::array::from_fn(|x| weights[2 * row + x / LANES][x % LANES]);
-        let (column, ux) = choose(&columns, u[0])?;
+        let (column, ux) = choose(chances(columns)?, u[0]);
         let within = self.inner[row * SIDE + column].as_ref()?.sample([ux, uy]);
         let (p, scale) = self.place([column, row], within.p);
         let chance = columns[column] / sum;
@@ -285,20 +284,4 @@ fn smoothed(raw: &[[f32; N]], cells: [usize; 3], cell: usize) -> [Vec4; N / LANE
         parts[i / LANES][i % LANES] = LEAST + (1.0 - LEAST) * mean;
     }
     parts
-}
-
-/// One of them in proportion to what they hold, and what is left of the number; `None` if they hold nothing.
-fn choose(shares: &[f32; SIDE], u: f32) -> Option<(usize, f32)> {
-    let mut rest = u * shares.iter().sum::<f32>();
-    let mut last = None;
-    for (i, &share) in shares.iter().enumerate() {
-        if share > 0.0 {
-            last = Some((i, (rest / share).clamp(0.0, 1.0_f32.next_down())));
-            if rest < share {
-                break;
-            }
-            rest -= share;
-        }
-    }
-    last
 }

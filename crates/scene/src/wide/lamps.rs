@@ -1,6 +1,6 @@
 //! Light that may reach sixteen points: choice of a light, place on it, and the ray there.
 
-use math::lanes::{Floats, LANES, Mask, PointLanes, Vec3Lanes, offset_ray_origin};
+use math::lanes::{Columns, Floats, LANES, Mask, PointLanes, Vec3Lanes, in_lane, offset_ray_origin};
 use math::{Dir, Point, Vec3};
 use scatter::Density;
 use spectrum::{Spectrum, Wavelengths};
@@ -65,11 +65,11 @@ struct Single {
     is_infinite: u32,
     chosen: Column,
     density: Column,
-    li: [Column; 3],
-    wi: [Column; 3],
-    p: [Column; 3],
-    p_error: [Column; 3],
-    n: [Column; 3],
+    li: Columns,
+    wi: Columns,
+    p: Columns,
+    p_error: Columns,
+    n: Columns,
 }
 
 impl Scene {
@@ -105,7 +105,7 @@ impl Scene {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (LANES - 1);
             lanes &= lanes - 1;
-            let at = |columns: &[Column; 3]| Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane]);
+            let at = |columns: &Columns| in_lane(columns, lane);
             let context = LightContext {
                 p: Point(at(&places.p)),
                 p_error: Vec3::ZERO,
@@ -142,9 +142,9 @@ impl Scene {
 
 /// Points and numbers in memory.
 struct Places {
-    p: [Column; 3],
-    ng: [Column; 3],
-    ns: [Column; 3],
+    p: Columns,
+    ng: Columns,
+    ns: Columns,
     time: Column,
     u_choice: Column,
     u: [Column; 2],
@@ -154,9 +154,9 @@ impl Places {
     #[inline(always)]
     fn of<F: Floats>(place: &PlaceLanes<F>, u_choice: F, u: [F; 2]) -> Self {
         let mut out = Self {
-            p: stored(place.at.p),
-            ng: stored(place.ng),
-            ns: stored(place.ns),
+            p: place.at.p.stored(),
+            ng: place.ng.stored(),
+            ns: place.ns.stored(),
             time: [0.0; LANES],
             u_choice: [0.0; LANES],
             u: [[0.0; LANES]; 2],
@@ -167,20 +167,6 @@ impl Places {
         u[1].store(&mut out.u[1]);
         out
     }
-}
-
-#[inline(always)]
-fn stored<F: Floats>(v: Vec3Lanes<F>) -> [Column; 3] {
-    let mut out = [[0.0; LANES]; 3];
-    v.x.store(&mut out[0]);
-    v.y.store(&mut out[1]);
-    v.z.store(&mut out[2]);
-    out
-}
-
-#[inline(always)]
-fn loaded<F: Floats>(columns: &[Column; 3]) -> Vec3Lanes<F> {
-    Vec3Lanes::new(F::load(&columns[0]), F::load(&columns[1]), F::load(&columns[2]))
 }
 
 impl<F: Floats> LightLanes<F> {
@@ -207,11 +193,11 @@ impl<F: Floats> LightLanes<F> {
             found: F::Mask::from_bits(s.found),
             chosen: F::load(&s.chosen),
             li: [F::load(&s.li[0]), F::load(&s.li[1]), F::load(&s.li[2])],
-            wi: loaded(&s.wi),
+            wi: Vec3Lanes::load(&s.wi),
             density: F::load(&s.density),
             is_delta: F::Mask::from_bits(s.is_delta),
-            at: PointLanes { p: loaded(&s.p), error: loaded(&s.p_error) },
-            n: loaded(&s.n),
+            at: PointLanes { p: Vec3Lanes::load(&s.p), error: Vec3Lanes::load(&s.p_error) },
+            n: Vec3Lanes::load(&s.n),
             is_infinite: F::Mask::from_bits(s.is_infinite),
         }
     }

@@ -178,19 +178,14 @@ fn put<const N: usize>(columns: &mut [Column; N], lane: usize, values: [f32; N])
     }
 }
 
-#[inline(always)]
-fn vec3<F: Floats>(columns: &[Column; 3]) -> Vec3Lanes<F> {
-    Vec3Lanes::new(F::load(&columns[0]), F::load(&columns[1]), F::load(&columns[2]))
-}
-
 impl<F: Floats> SurfaceLanes<F> {
     /// The points, where rays came from `wo`: `Mesh::surface` and the choice of a material's side.
     #[inline(always)]
     pub fn new(corners: &Corners, wo: Vec3Lanes<F>) -> Self {
         let [p0, p1, p2] = [
-            vec3::<F>(&corners.positions[0]),
-            vec3::<F>(&corners.positions[1]),
-            vec3::<F>(&corners.positions[2]),
+            Vec3Lanes::<F>::load(&corners.positions[0]),
+            Vec3Lanes::<F>::load(&corners.positions[1]),
+            Vec3Lanes::<F>::load(&corners.positions[2]),
         ];
         let (b1, b2) = (F::load(&corners.at[0]), F::load(&corners.at[1]));
         let b0 = F::splat(1.0) - b1 - b2;
@@ -202,8 +197,11 @@ impl<F: Floats> SurfaceLanes<F> {
         // Without normals `ns` is no direction, and the geometric one stands for it.
         let (dp02, dp12) = (p0 - p2, p1 - p2);
         let ng = dp02.cross(dp12).normalize().negated_where(F::Mask::from_bits(corners.flipped));
-        let [n0, n1, n2] =
-            [vec3::<F>(&corners.normals[0]), vec3::<F>(&corners.normals[1]), vec3::<F>(&corners.normals[2])];
+        let [n0, n1, n2] = [
+            Vec3Lanes::<F>::load(&corners.normals[0]),
+            Vec3Lanes::<F>::load(&corners.normals[1]),
+            Vec3Lanes::<F>::load(&corners.normals[2]),
+        ];
         let (ns, has_one) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
         let ns = ns.or_else(has_one, ng);
         let ng = ng.face_forward(ns);
@@ -239,12 +237,13 @@ impl<F: Floats> SurfaceLanes<F> {
     #[inline(always)]
     fn take(&mut self, given: &Given) {
         let mask = F::Mask::from_bits(given.lanes);
-        self.at.p = vec3::<F>(&given.p).or_else(mask, self.at.p);
-        self.at.error = vec3::<F>(&given.error).or_else(mask, self.at.error);
-        self.ng = vec3::<F>(&given.ng).or_else(mask, self.ng);
+        self.at.p = Vec3Lanes::<F>::load(&given.p).or_else(mask, self.at.p);
+        self.at.error = Vec3Lanes::<F>::load(&given.error).or_else(mask, self.at.error);
+        self.ng = Vec3Lanes::<F>::load(&given.ng).or_else(mask, self.ng);
         let [s, t, n] = &given.frame;
         self.frame =
-            FrameLanes { s: vec3::<F>(s), t: vec3::<F>(t), n: vec3::<F>(n) }.or_else(mask, self.frame);
+            FrameLanes { s: Vec3Lanes::<F>::load(s), t: Vec3Lanes::<F>::load(t), n: Vec3Lanes::<F>::load(n) }
+                .or_else(mask, self.frame);
     }
 }
 

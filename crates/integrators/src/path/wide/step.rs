@@ -6,8 +6,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use accel::{Wide, run_wide};
 use math::Ray;
-use math::lanes::{Floats, LANES, Mask, Vec3Lanes, Words, offset_ray_origin};
-use math::{Dir, Point, Vec3};
+use math::lanes::{Floats, LANES, Mask, Vec3Lanes, Words, in_lane, offset_ray_origin};
+use math::{Dir, Point};
 use sampling::mis::Heuristic;
 use sampling::{Sampler, SobolLanes, warp};
 use scene::Scene;
@@ -195,10 +195,10 @@ impl Groups<'_, '_> {
         paths.put_words::<F>(word::DIMENSION, n, sixteen.numbers.dimension, on);
         paths.put_words::<F>(word::SLOT, n, sixteen.slots, on);
         paths.put_keys::<F>(n, sixteen.numbers.keys, on);
-        let (origin, dir, mut time) = (stored(origin), stored(dir), [0.0; LANES]);
+        let (origin, dir, mut time) = (origin.stored(), dir.stored(), [0.0; LANES]);
         sixteen.place.time.store(&mut time);
         each(on.bits(), |lane| {
-            let ray = Ray::new(Point(at_lane(&origin, lane)), Dir(at_lane(&dir, lane)), time[lane]);
+            let ray = Ray::new(Point(in_lane(&origin, lane)), Dir(in_lane(&dir, lane)), time[lane]);
             paths.rays[self.n_on] = ray;
             self.n_on += 1;
         });
@@ -239,14 +239,14 @@ impl Groups<'_, '_> {
             (throughput[k] * (reflected[k] * weight)).store(brings);
         }
         let rays = light.shadow_rays(place);
-        let (origin, dir) = (stored(rays.origin), stored(rays.dir));
+        let (origin, dir) = (rays.origin.stored(), rays.dir.stored());
         let (mut t_max, mut time, mut slot) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
         rays.t_max.store(&mut t_max);
         place.time.store(&mut time);
         slots.store(&mut slot);
         let shadows = &mut *self.shadows;
         each(bits, |lane| {
-            let (origin, dir) = (Point(at_lane(&origin, lane)), Dir(at_lane(&dir, lane)));
+            let (origin, dir) = (Point(in_lane(&origin, lane)), Dir(in_lane(&dir, lane)));
             shadows.rays.push(Ray { origin, dir, t_max: t_max[lane], time: time[lane] });
             shadows.light.push(([brings[0][lane], brings[1][lane], brings[2][lane]], slot[lane]));
         });
@@ -287,20 +287,6 @@ fn survive<F: Floats>(on: F::Mask, chance: F, numbers: &mut SobolLanes<F>) -> (F
     }
     let survives = numbers.next_1d().lt(chance);
     (on & (survives | !is_asked), (one / chance).or_else(is_asked, one))
-}
-
-#[inline(always)]
-fn stored<F: Floats>(v: Vec3Lanes<F>) -> [[f32; LANES]; 3] {
-    let mut out = [[0.0; LANES]; 3];
-    v.x.store(&mut out[0]);
-    v.y.store(&mut out[1]);
-    v.z.store(&mut out[2]);
-    out
-}
-
-#[inline(always)]
-fn at_lane(columns: &[[f32; LANES]; 3], lane: usize) -> Vec3 {
-    Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane])
 }
 
 /// Each lane of a mask.
